@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+// `glint track`: any source in, tracked points out.
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "host/apps/commands.hpp"
+#include "host/apps/run_arguments.hpp"
+#include "host/apps/run_summary.hpp"
+#include "host/apps/status_line.hpp"
+#include "host/apps/stop_signal.hpp"
+#include "host/base/error.hpp"
+#include "host/output/report.hpp"
+#include "host/output/report_recorder.hpp"
+#include "host/output/text_file.hpp"
+#include "host/output/track_sink.hpp"
+#include "host/pipeline/track_pipeline.hpp"
+#include "host/sim/score.hpp"
+
+namespace glint::apps {
+namespace {
+
+struct TrackArguments {
+  RunArguments run;
+  std::string output = "none", report, summary;
+  bool force = false, quiet = false;
+};
+
+/// The output thread's part of a run: sinks, recorder, score, status line.
+class TrackOutput {
+ public:
+  TrackOutput(const OutputSpec& spec, const Scene* scene, bool quiet) : sink_(make_track_sink(spec)), status_(quiet) {
+    if (scene != nullptr) score_.emplace(*scene);
+  }
+
+  void take(const TickResult& tick, TrackPipeline& pipeline) {
+    if (!first_) first_ = tick;
+    last_delivered_ = tick.delivered;
+    if (sink_->write({tick.trigger, tick.exposed, tick.points}) != SinkStatus::Ok && sink_problem_.empty()) {
+      sink_problem_ = sink_->problem();
+      std::fprintf(stderr, "glint: output: %s; the run ends\n", sink_problem_.c_str());
+      pipeline.stop();
+    }
+    recorder_.add({tick.exposed, tick.points, tick.detection_s(), tick.end_to_end_s()});
+    for (const TrackedPoint& point : tick.points) highest_id_ = std::max(highest_id_, number(point.id));
+    if (score_) {
+      scored_.clear();
+      for (const TrackedPoint& p : tick.points) scored_.push_back({number(p.id), p.position_in_world, p.cameras});
+      score_->add(number(tick.trigger), scored_);
+    }
+    ++ticks_;
+    points_ += tick.points.size();
+    if (status_.due(tick.delivered)) show(tick, pipeline);
+  }
+
+  /// Ends the files. Returns why the output is not complete; "" if it is.
+  std::string finish() {
+    if (sink_->finish() != SinkStatus::Ok && sink_problem_.empty()) sink_problem_ = sink_->problem();
+    return sink_problem_;
+  }
+
+  void fill(RunSummary& summary) const {
+    summary.detection = recorder_.detection();
+    summary.end_to_end = recorder_.end_to_end();
+    summary.ids = highest_id_;
+    summary.wall_s = first_ ? seconds_between(first_->delivered, last_delivered_) : 0.0;
+    summary.rate_hz = summary.wall_s > 0.0 ? static_cast<double>(ticks_ - 1) / summary.wall_s : 0.0;
+    if (score_) summary.score = score_->result();
+  }
+  void fill(ReportData& report) const { recorder_.fill(report); }
+
+ private:
+  void show(const TickResult& tick, TrackPipeline& pipeline) {
+    Status s;
+    s.since_start_s = seconds_between(first_->delivered, tick.delivered);
+    const double lap_s = seconds_between(lap_started_ ? *lap_started_ : first_->delivered, tick.delivered);
+    s.rate_hz = lap_s > 0.0 ? static_cast<double>(ticks_ - lap_ticks_) / lap_s : 0.0;
+    s.points_per_tick = static_cast<double>(points_ - lap_points_) / static_cast<double>(std::max<std::uint64_t>(1, ticks_ - lap_ticks_));
+    s.detection_p50_s = recorder_.detection().quantile_s(0.5);
+    s.end_to_end_p50_s = recorder_.end_to_end().quantile_s(0.5);
+    s.end_to_end_p99_s = recorder_.end_to_end().quantile_s(0.99);
+    const InputCounters input = pipeline.input().counters();
+    s.missed = input.dropped + input.late + pipeline.counters().results_dropped;
+    status_.show(s);
+    (void)sink_->flush();
+    lap_started_ = tick.delivered;
+    lap_ticks_ = ticks_;
+    lap_points_ = points_;
+  }
+
+  std::unique_ptr<TrackSink> sink_;
+  std::string sink_problem_;
+  StatusLine status_;
+  ReportRecorder recorder_;
+  std::optional<Score> score_;
+  std::vector<ScoredPoint> scored_;
+  std::optional<TickResult> first_;
+  Timestamp last_delivered_{};
+  std::optional<Timestamp> lap_started_;
+  std::uint32_t highest_id_ = 0;
+  std::uint64_t ticks_ = 0, points_ = 0, lap_ticks_ = 0, lap_points_ = 0;
+};
+
+void print_lines(const char* prefix, const std::string& text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    std::fprintf(stderr, "glint: %s%s\n", prefix, text.substr(at, end - at).c_str());
+    at = end + 1;
+  }
+}
+
+void run(const TrackArguments& a) {
+  const OutputSpec spec = parse_output_spec(a.output, a.force);
+  StopSignal stop_signal;  // before any thread
+  std::optional<ReportFile> report_file;
+  if (!a.report.empty()) report_file.emplace(a.report, true);
+  OpenedRun opened = open_run(a.run, true);
+  std::optional<TrackOutput> output(std::in_place, spec, opened.scene.get(), a.quiet);
+
+  RunSummary summary;
+  summary.source = a.run.source;
+  summary.rig = opened.rig.path.empty() ? opened.rig.name : opened.rig.path.string();
+  summary.device = opened.input->device_name();
+  summary.nominal_rate_hz = opened.input->rate_hz();
+  if (!a.quiet) {
+    std::fprintf(stderr, "glint: %s, %zu cameras, on %s\n", a.run.source.c_str(), opened.input->cameras().size(),
+                 summary.device.c_str());
+    for (const std::string& note : opened.notes) std::fprintf(stderr, "glint: %s\n", note.c_str());
+  }
+
+  TrackPipeline pipeline(std::move(opened.input), opened.rig.calibration, opened.rig.match, opened.rig.track);
+  stop_signal.on_stop([&pipeline] { pipeline.stop(); });
+  const ReadStatus end = pipeline.run([&](const TickResult& tick) { output->take(tick, pipeline); });
+  const std::string output_problem = output->finish();
+  output->fill(summary);
+  summary.counters = pipeline.counters();
+  summary.input = pipeline.input().counters();
+  ReportData report;
+  if (report_file) output->fill(report);
+  output.reset();  // ends the status line
+
+  if (!a.quiet) std::fputs(summary_text(summary).c_str(), stderr);
+  if (!a.summary.empty()) write_text_file(a.summary, summary_json(summary));
+  if (report_file) {
+    report.title = "glint: " + a.run.source;
+    report.subtitle = "rig " + summary.rig + ", " + summary.device;
+    report.summary = summary_rows(summary);
+    report.cameras = opened.rig.calibration.cameras;
+    report.nominal_rate_hz = summary.nominal_rate_hz;
+    report_file->write(report);
+    std::fprintf(stderr, "report: %s\n", report_file->path().c_str());
+  }
+  if (!output_problem.empty()) throw Error("output is not complete: " + output_problem);
+  if (end == ReadStatus::Failed) throw Error(pipeline.problem());
+  const SourceCounters& frames = summary.input.source;
+  if (frames.damaged > 0 || frames.ended_early > 0) throw Error("the recording is not whole:\n" + pipeline.problem());
+  if (!pipeline.problem().empty()) print_lines("note: ", pipeline.problem());
+}
+
+}  // namespace
+
+void add_track(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("track", "Track markers: images or blobs in, 3D points out");
+  const auto a = std::make_shared<TrackArguments>();
+  add_run_options(*command, a->run, "sim, images:LOCATION or blobs:FOLDER");
+  command->add_option("--output", a->output, "csv:FILE, csv:-, jsonl:FILE, jsonl:- or none")->capture_default_str();
+  command->add_option("--report", a->report, "write a page with a picture of cameras and trajectories");
+  command->add_option("--summary", a->summary, "write the summary as JSON");
+  command->add_flag("--force", a->force, "replace an existing output file");
+  command->add_flag("--quiet", a->quiet, "no status line, no summary");
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace glint::apps

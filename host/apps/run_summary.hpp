@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// What a run came to: for the terminal, the report and a JSON file.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/output/report.hpp"
+#include "host/output/report_recorder.hpp"
+#include "host/pipeline/track_pipeline.hpp"
+#include "host/sim/score.hpp"
+
+namespace glint::apps {
+
+struct RunSummary {
+  std::string source, rig, device;
+  double wall_s = 0.0, rate_hz = 0.0, nominal_rate_hz = 0.0;
+  TrackCountersSnapshot counters;
+  InputCounters input;
+  std::uint64_t ids = 0;
+  LatencyHistogram detection, end_to_end;
+  std::optional<ScoreResult> score;  ///< only against a simulator's truth
+
+  /// Frame sets that came to nothing or too late: dropped, delivered late, or not written.
+  std::uint64_t missed() const noexcept { return input.dropped + input.late + counters.results_dropped; }
+};
+
+/// Name and value, in the order to show.
+std::vector<ReportRow> summary_rows(const RunSummary& summary);
+std::string summary_text(const RunSummary& summary);
+std::string summary_json(const RunSummary& summary);
+
+}  // namespace glint::apps

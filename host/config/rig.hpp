@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// Everything a run needs to know about a rig, as its file says it, and the files themselves
+// (docs/rig-file.md).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gpu/detector.hpp"
+#include "host/geometry/camera.hpp"
+#include "host/match/matcher.hpp"
+#include "host/track/tracker.hpp"
+
+namespace glint {
+
+/// Section [detect].
+struct DetectSettings {
+  unsigned threshold = 40;  ///< grey levels above the background; well clear of read noise (2 to 5 levels)
+  unsigned background_frames = 30;  ///< frames that the background is learnt from (their median); 0: none
+  std::uint32_t min_area_px = 2;    ///< one bright pixel alone is a hot pixel more often than a marker
+  std::uint32_t max_area_px = static_cast<std::uint32_t>(gpu::kMaxPixels);  ///< default: no limit
+  std::uint32_t max_blobs_per_camera = 8192;             ///< room; more is flagged as overflow and counted
+  void check(std::vector<std::string>& problems) const;  ///< appends "detect.threshold must be ...", ...
+};
+
+/// Section [gpu].
+struct GpuSettings {
+  std::string device = "auto";  ///< "auto", "cpu", an index, a UUID or part of a device's name
+  unsigned depth = 1;           ///< frame sets in flight: 1 least delay, 2 most throughput
+  void check(std::vector<std::string>& problems) const;
+};
+
+/// One rig file with its calibration. A Rig that read_rig() returned is complete and within range.
+struct Rig {
+  std::string name = "rig";
+  double rate_hz = 90.0;         ///< nominal frame sets per second
+  double marker_radius_m = 0.0;  ///< 0: unknown; equals match.marker_radius_m
+  Calibration calibration;
+  GpuSettings gpu;
+  DetectSettings detect;
+  MatchOptions match;
+  TrackOptions track;
+  std::filesystem::path path;  ///< the file it was read from; empty: defaults
+  std::filesystem::path
+      calibration_path;  ///< where its cameras came from; equals path for a calibration file alone
+};
+
+/// Files larger than this are refused.
+inline constexpr std::size_t kMaxConfigFileBytes = 1'000'000;
+
+/// Reads a rig file with the calibration it names, or a calibration file alone (the rest are defaults).
+/// Throws glint::Error with every problem of both files, one line each: "file:line:column: text".
+Rig read_rig(const std::filesystem::path& path);
+
+/// Reads a calibration file. Throws as read_rig() does.
+Calibration read_calibration(const std::filesystem::path& path);
+
+/// Writes a calibration file that read_calibration() gives back bit for bit (rotations must be unit
+/// quaternions). The file appears whole or not at all. Throws glint::Error if it exists and `force` is false,
+/// if it cannot be written, or if the calibration is one that read_calibration() would refuse.
+void write_calibration(const std::filesystem::path& path, const Calibration& calibration, bool force = false);
+
+/// The text of such a file. Does not check.
+std::string to_toml(const Calibration& calibration);
+
+/// The rig as a rig file with every key written out; the cameras follow as comments, and the calibration is
+/// named by its absolute path.
+std::string to_toml(const Rig& rig);
+
+}  // namespace glint

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// Calibration and rig files: structs to TOML.
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "host/base/error.hpp"
+#include "host/config/number_text.hpp"
+#include "host/config/read_calibration.hpp"
+#include "host/config/rig.hpp"
+#include "host/config/text_file.hpp"
+#include "host/config/toml_section.hpp"
+
+namespace glint {
+namespace {
+
+std::string quoted(const std::string& text) {
+  const toml::value<std::string> value(text);
+  std::ostringstream out;
+  out << toml::toml_formatter{value, toml::format_flags::none};
+  return out.str();
+}
+
+std::string numbers_text(std::span<const double> values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : ", ") + exact_text(value);
+  return "[" + text + "]";
+}
+
+std::string pose_text(const Pose& pose) {
+  const Eigen::Vector3d& t = pose.translation;
+  const Eigen::Quaterniond& q = pose.rotation;
+  return "{ x_m = " + exact_text(t.x()) + ", y_m = " + exact_text(t.y()) + ", z_m = " + exact_text(t.z()) +
+         ", qx = " + exact_text(q.x()) + ", qy = " + exact_text(q.y()) + ", qz = " + exact_text(q.z()) +
+         ", qw = " + exact_text(q.w()) + " }";
+}
+
+std::string camera_text(const CameraCalibration& camera) {
+  std::string text = "\n[[camera]]\n";
+  text += "name = " + quoted(camera.name) + "\n";
+  text += "width_px = " + std::to_string(camera.width_px) + "\n";
+  text += "height_px = " + std::to_string(camera.height_px) + "\n";
+  text += "fx_px = " + exact_text(camera.fx_px) + "\n";
+  text += "fy_px = " + exact_text(camera.fy_px) + "\n";
+  text += "cx_px = " + exact_text(camera.cx_px) + "\n";
+  text += "cy_px = " + exact_text(camera.cy_px) + "\n";
+  text += "k1_k2_p1_p2_k3 = " + numbers_text(camera.k1_k2_p1_p2_k3) + "\n";
+  text += "world_from_camera = " + pose_text(camera.world_from_camera) + "\n";
+  text += "rms_px = " + exact_text(camera.rms_px) + "\n";
+  return text;
+}
+
+/// The camera in one comment line, for a person who looks at the effective settings.
+std::string camera_comment(const CameraCalibration& camera) {
+  const Eigen::Vector3d& t = camera.world_from_camera.translation;
+  return "#   " + quoted(camera.name) + "  " + std::to_string(camera.width_px) + "x" +
+         std::to_string(camera.height_px) + "  fx " + short_text(camera.fx_px) + "  fy " +
+         short_text(camera.fy_px) + " px  at " + short_text(t.x()) + " " + short_text(t.y()) + " " +
+         short_text(t.z()) + " m\n";
+}
+
+}  // namespace
+
+std::string to_toml(const Calibration& calibration) {
+  std::string text =
+      "# Calibrated cameras.\n"
+      "# Pixels: (0,0) is the centre of the top-left pixel; x to the right, y down.\n"
+      "# Camera frame: x right, y down, z forward. World frame: right-handed, metres.\n"
+      "# world_from_camera: x_in_world = R(qx, qy, qz, qw) * x_in_camera + (x_m, y_m, z_m), so that x_m, "
+      "y_m,\n"
+      "# z_m is where the camera stands; the quaternion has length 1.\n"
+      "# k1_k2_p1_p2_k3: radial-tangential distortion as in OpenCV. rms_px: reprojection error, 0 if "
+      "unknown.\n";
+  text += "format = 1\nkind = \"calibration\"\n";
+  text += "made_at = " + quoted(calibration.made_at) + "\n";
+  text += "made_from = " + quoted(calibration.made_from) + "\n";
+  for (const CameraCalibration& camera : calibration.cameras) text += camera_text(camera);
+  return text;
+}
+
+std::string to_toml(const Rig& rig) {
+  std::string text = "format = 1\nkind = \"rig\"\n\n[rig]\n";
+  text += "name = " + quoted(rig.name) + "\n";
+  text += "rate_hz = " + exact_text(rig.rate_hz) + "\n";
+  text += "marker_radius_m = " + exact_text(rig.marker_radius_m) + "  # 0.0: unknown\n";
+  if (rig.calibration_path.empty()) {
+    text += "# calibration = \"FILE\"  # none given\n";
+  } else {
+    const auto path = std::filesystem::absolute(rig.calibration_path).lexically_normal();
+    text += "calibration = " + quoted(path.string()) + "\n";
+    for (const CameraCalibration& camera : rig.calibration.cameras) text += camera_comment(camera);
+  }
+  text += "\n[gpu]\n";
+  text += "device = " + quoted(rig.gpu.device) + "\n";
+  text += "depth = " + std::to_string(rig.gpu.depth) + "\n";
+  text += "\n[detect]\n";
+  text += "threshold = " + std::to_string(rig.detect.threshold) + "\n";
+  text += "background_frames = " + std::to_string(rig.detect.background_frames) + "\n";
+  text += "min_area_px = " + std::to_string(rig.detect.min_area_px) + "\n";
+  text += "max_area_px = " + std::to_string(rig.detect.max_area_px) + "\n";
+  text += "max_blobs_per_camera = " + std::to_string(rig.detect.max_blobs_per_camera) + "\n";
+  text += "\n[match]\n";
+  text += "sigma_px = " + exact_text(rig.match.sigma_px) + "\n";
+  text += "gate_px = " + exact_text(rig.match.gate_px) + "\n";
+  text += "min_cameras = " + std::to_string(rig.match.min_cameras) + "\n";
+  text += "min_range_m = " + exact_text(rig.match.min_range_m) + "\n";
+  text += "max_range_m = " + exact_text(rig.match.max_range_m) + "\n";
+  text += "\n[track]\n";
+  text += "acceleration_sd_m_s2 = " + exact_text(rig.track.acceleration_sd_m_s2) + "\n";
+  text += "max_speed_m_s = " + exact_text(rig.track.max_speed_m_s) + "\n";
+  text += "confirm_frames_two_views = " + std::to_string(rig.track.confirm_frames_two_views) + "\n";
+  text += "max_missed_frames = " + std::to_string(rig.track.max_missed_frames) + "\n";
+  return text;
+}
+
+void write_calibration(const std::filesystem::path& path, const Calibration& calibration, bool force) {
+  const std::string text = to_toml(calibration);
+  FileProblems problems(path);
+  parse_calibration(text, problems);
+  if (!problems.empty()) {
+    std::string message = path.string() + ": not written, because it could not be read back:";
+    for (const std::string& line : problems.lines()) message += "\n" + line;
+    throw Error(message);
+  }
+  write_text_file(path, text, force);
+}
+
+}  // namespace glint

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// Where frame sets and blob sets come from: cameras, recordings, the simulator.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gpu/detector.hpp"
+#include "host/base/ids.hpp"
+#include "host/frames/frame_pool.hpp"
+
+namespace glint {
+
+struct SourceCamera {
+  std::string name;
+  FrameSize size;  ///< 0x0 where the source has no images
+};
+
+/// What a source lost or found broken, counted since its start.
+struct SourceCounters {
+  std::uint64_t frames = 0, missing = 0, damaged = 0, late = 0, duplicated = 0, no_slot = 0;
+};
+
+enum class ReadStatus : std::uint8_t {
+  Ok,
+  End,     ///< nothing more will come
+  Failed,  ///< problem() says what; nothing more will come
+};
+
+/// Gives whole frame sets in order of exposure. Thread-bound.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  virtual std::span<const SourceCamera> cameras() const noexcept = 0;
+  /// Nominal frame sets per second; 0 if unknown.
+  virtual double rate_hz() const noexcept = 0;
+  /// Live sources cannot wait: what is not taken in time is lost. Recordings wait.
+  virtual bool live() const noexcept = 0;
+  /// Fills `set` with the next exposure: its frames are taken from `pool`. Frames still in `set` are given
+  /// back first. A camera without a (usable) frame is left empty and counted. May block.
+  [[nodiscard]] virtual ReadStatus read(FramePool& pool, FrameSet& set) noexcept = 0;
+  virtual SourceCounters counters() const noexcept = 0;
+  /// Why read() failed or what was odd about the source at its end ("" if nothing), for the person at the
+  /// terminal.
+  virtual const std::string& problem() const noexcept = 0;
+};
+
+/// Blobs of one exposure, all cameras. Undistorted fields are filled by whoever knows the calibration.
+struct BlobSet {
+  TriggerNo trigger{};
+  Timestamp exposed{};
+  Timestamp delivered{};
+  std::vector<std::vector<gpu::BlobRecord>> cameras;
+};
+
+/// Gives blob sets instead of images: other tools' 2D points. Thread-bound.
+class BlobSource {
+ public:
+  virtual ~BlobSource() = default;
+  virtual std::span<const SourceCamera> cameras() const noexcept = 0;
+  [[nodiscard]] virtual ReadStatus read(BlobSet& set) noexcept = 0;
+  virtual const std::string& problem() const noexcept = 0;
+};
+
+}  // namespace glint

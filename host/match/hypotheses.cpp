@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+// Fitting, checking and scoring tuples of blobs.
+#include "host/match/hypotheses.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/LU>
+
+#include "host/match/limits.hpp"
+#include "host/match/visible_volume.hpp"
+
+namespace glint {
+namespace {
+
+constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr std::size_t kMaxHypotheses = std::size_t{1} << 20;  // 300 MB; more are counted as cut
+// Size of a blob against what the other views (or the known radius) give: thresholds and blur move small blobs by about
+// half a pixel, so that only these factors and at least so many pixels mean something else than one whole marker.
+constexpr double kSizeTooLarge = 1.5, kSizeTooSmall = 0.67, kSizeMargin_px = 0.75;
+// Blur and the threshold's place on its flank: how much wider than its geometric image a marker may look.
+constexpr double kBlurAllowance_px = 1.5;
+constexpr double kEdgeMargin_px = 1.0;  // nearer to the border a marker may well be missed
+
+double log_2pi() noexcept { return std::log(2.0 * std::numbers::pi); }
+
+}  // namespace
+
+Hypotheses::Hypotheses(std::span<const Camera> cameras, const MatchOptions& options, const BlobTable& table)
+    : cameras_(cameras), options_(options), table_(table), log_clutter_(cameras.size(), 0.0) {
+  triangulate_options_.marker_radius_m = options.marker_radius_m;
+  log_volume_ = std::log(visible_volume_m3(cameras, options.min_range_m, options.max_range_m));
+}
+
+void Hypotheses::reset(std::span<const Prediction> predictions, unsigned min_views) {
+  hypotheses_.clear();
+  members_.clear();
+  owner_.clear();
+  next_of_blob_.clear();
+  head_of_blob_.assign(table_.size(), kNone);
+  seen_.clear();
+  cut_ = held_back_ = 0;
+  predictions_ = predictions;
+  min_views_ = min_views;
+  for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+    const CameraCalibration& c = cameras_[camera].calibration();
+    const double area = std::max(1.0, static_cast<double>(c.width_px) * static_cast<double>(c.height_px));
+    log_clutter_[camera] = std::log(std::max(1.0, static_cast<double>(table_.free_blobs(camera))) / area);
+  }
+}
+
+bool Hypotheses::already_together(std::uint32_t a, std::uint32_t b, std::uint32_t prediction) const noexcept {
+  for (std::uint32_t m = head_of_blob_[a]; m != kNone; m = next_of_blob_[m]) {
+    const Hypothesis& h = hypotheses_[owner_[m]];
+    if (h.count < 3 || h.prediction != prediction) continue;
+    const auto blobs = blobs_of(h);
+    if (std::find(blobs.begin(), blobs.end(), b) != blobs.end()) return true;
+  }
+  return false;
+}
+
+void Hypotheses::consider(BlobTuple tuple, std::uint32_t prediction) {
+  const auto hash_of = [prediction](BlobTuple& t) {
+    std::sort(t.blobs.begin(), t.blobs.begin() + t.count);
+    std::uint64_t hash = prediction == kNoPrediction ? 0 : scramble(~std::uint64_t{prediction});
+    for (std::uint32_t blob : t.span()) hash += scramble(blob);
+    return hash;
+  };
+  const std::uint64_t hash = hash_of(tuple);
+  if (!seen_.insert(hash)) return;
+  Hypothesis h;
+  h.prediction = prediction;
+  if (!evaluate(tuple, prediction, h)) return;
+  const std::uint64_t reduced = hash_of(tuple);
+  if (reduced != hash && !seen_.insert(reduced)) return;
+  if (h.doubtful && tuple.count == 2 && prediction == kNoPrediction) {
+    ++held_back_;
+    return;
+  }
+  if (hypotheses_.size() >= kMaxHypotheses) {
+    ++cut_;
+    return;
+  }
+  h.first = static_cast<std::uint32_t>(members_.size());
+  h.count = tuple.count;
+  for (std::uint32_t blob : tuple.span()) {
+    owner_.push_back(static_cast<std::uint32_t>(hypotheses_.size()));
+    next_of_blob_.push_back(head_of_blob_[blob]);
+    head_of_blob_[blob] = static_cast<std::uint32_t>(members_.size());
+    members_.push_back(blob);
+  }
+  hypotheses_.push_back(h);
+}
+
+// Fits all views; while they disagree, the view goes whose removal takes most of the disagreement away (its deletion
+// statistic r' (R - J P J')^-1 r; Cook and Weisberg, Residuals and Influence in Regression, 1982).
+bool Hypotheses::fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
+                     Triangulated& point) const noexcept {
+  for (;;) {
+    const std::span<const Observation> used(views.data(), tuple.count);
+    const auto fitted = triangulate(used, triangulate_options_);
+    if (!fitted) return false;
+    point = *fitted;
+    std::size_t worst = 0;
+    double worst_statistic = -1.0;
+    bool within = point.chi2 <= point_chi2_limit(2 * tuple.count - 3);
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      const Eigen::Vector2d r =
+          reprojection_residual_px(used[k], point.position_in_world, options_.marker_radius_m);
+      within = within && r.squaredNorm() < options_.gate_px * options_.gate_px;
+      Eigen::Vector2d pixel;
+      Eigen::Matrix<double, 2, 3> j;
+      if (!project_pinhole(*used[k].camera, point.position_in_world, pixel, j)) return false;
+      // A trace of R keeps it invertible where one view alone fixes a direction (two views).
+      const Eigen::Matrix2d left =
+          (1.0 + 1e-9) * used[k].covariance_px2 - j * point.covariance_m2 * j.transpose();
+      const double statistic = r.dot(left.inverse() * r);
+      if (statistic > worst_statistic) {
+        worst_statistic = statistic;
+        worst = k;
+      }
+    }
+    if (within) return true;
+    if (tuple.count <= std::max(min_views_, 2u)) return false;
+    for (std::size_t k = worst; k + 1 < tuple.count; ++k) {
+      tuple.blobs[k] = tuple.blobs[k + 1];
+      views[k] = views[k + 1];
+    }
+    --tuple.count;
+  }
+}
+
+// A blob much larger than the marker has another one merged into it, a much smaller one is partly hidden: either way its
+// centroid is off by about the difference of the radii. Returns whether any covariance was widened.
+bool Hypotheses::widen_odd_sizes(const BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
+                                 const Triangulated& point) const noexcept {
+  std::array<double, kMatchCameras> sizes{}, px_per_m{};
+  std::size_t known = 0;
+  for (std::size_t k = 0; k < tuple.count; ++k) {
+    const MatchBlob& blob = table_[tuple.blobs[k]];
+    const double range = (point.position_in_world - cameras_[blob.camera].position_in_world()).norm();
+    px_per_m[k] = 1.0 / (range * blob.angle_per_px);
+    if (blob.radius_px > 0.0) sizes[known++] = blob.radius_px / px_per_m[k];
+  }
+  if (known < (options_.marker_radius_m > 0.0 ? 1 : 3)) return false;
+  double typical = 0.0;
+  if (known >= 3) {
+    std::nth_element(sizes.begin(), sizes.begin() + (known - 1) / 2, sizes.begin() + known);
+    typical = sizes[(known - 1) / 2];
+  }
+  bool widened = false;
+  for (std::size_t k = 0; k < tuple.count; ++k) {
+    const MatchBlob& blob = table_[tuple.blobs[k]];
+    if (blob.radius_px <= 0.0 || blob.saturated) continue;
+    double difference = 0.0;
+    if (typical > 0.0) {
+      const double expected = typical * px_per_m[k], d = blob.radius_px - expected;
+      if ((blob.radius_px > kSizeTooLarge * expected || blob.radius_px < kSizeTooSmall * expected) &&
+          std::abs(d) > kSizeMargin_px)
+        difference = d;
+    } else {
+      const double expected = options_.marker_radius_m * px_per_m[k];
+      if (const double d = blob.radius_px - kSizeTooLarge * expected - kBlurAllowance_px; d > 0.0) difference = d;
+      if (const double d = kSizeTooSmall * expected - kSizeMargin_px - blob.radius_px; d > 0.0) difference = -d;
+    }
+    if (difference == 0.0) continue;
+    views[k].covariance_px2 += difference * difference * Eigen::Matrix2d::Identity();
+    widened = true;
+  }
+  return widened;
+}
+
+bool Hypotheses::evaluate(BlobTuple& tuple, std::uint32_t prediction, Hypothesis& h) const noexcept {
+  std::array<Observation, kMatchCameras> views;
+  for (std::size_t k = 0; k < tuple.count; ++k) {
+    const MatchBlob& blob = table_[tuple.blobs[k]];
+    views[k] = {&cameras_[blob.camera], blob.normalized, blob.covariance_px2};
+  }
+  if (!fit(tuple, views, h.point)) return false;
+  if (widen_odd_sizes(tuple, views, h.point)) {
+    h.doubtful = true;
+    if (!fit(tuple, views, h.point)) return false;
+  }
+  for (std::uint32_t blob : tuple.span()) {
+    h.doubtful = h.doubtful || table_[blob].suspect;
+    const double range =
+        (h.point.position_in_world - cameras_[table_[blob].camera].position_in_world()).norm();
+    if (range < options_.min_range_m || range > options_.max_range_m) return false;
+  }
+  const std::span<const Observation> used(views.data(), tuple.count);
+  h.score = score_of(tuple, used, h);
+  if (!std::isfinite(h.score)) return false;
+  if (prediction != kNoPrediction && tuple.count == 2 && h.doubtful) {
+    // One good view and a bad one: the track's expectation takes the place of the third.
+    const Prediction& p = predictions_[prediction];
+    const PositionPrior prior{p.position_in_world, p.covariance_m2};
+    if (const auto fitted = triangulate(used, triangulate_options_, &prior)) h.point = *fitted;
+  }
+  return true;
+}
+
+// Log-likelihood ratio as in multi-sensor assignment (Poore 1994; Deb, Yeddanapudi, Pattipati, Bar-Shalom 1997): each
+// blob is worth its density at the residual over that of clutter, each camera that should see the marker and does not
+// costs log(1 - P_D), and the position is integrated over its prior: uniform over the volume, or the prediction.
+double Hypotheses::score_of(const BlobTuple& tuple, std::span<const Observation> views,
+                            const Hypothesis& h) const noexcept {
+  double score = -0.5 * h.point.chi2;
+  std::uint32_t seen_by = 0;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const std::uint32_t camera = table_[tuple.blobs[k]].camera;
+    seen_by |= 1u << camera;
+    score += std::log(kDetected) - log_clutter_[camera] - log_2pi() -
+             0.5 * std::log(views[k].covariance_px2.determinant());
+  }
+  for (std::size_t camera = 0; camera < cameras_.size(); ++camera)
+    if ((seen_by >> camera & 1u) == 0 && sees(cameras_[camera], h.point.position_in_world, kEdgeMargin_px,
+                                              options_.min_range_m, options_.max_range_m))
+      score += std::log(1.0 - kDetected);
+  score += 0.5 * std::log(h.point.covariance_m2.determinant());
+  if (h.prediction == kNoPrediction) return score + 1.5 * log_2pi() - log_volume_;
+  const Prediction& p = predictions_[h.prediction];
+  const Eigen::Matrix3d s = p.covariance_m2 + h.point.covariance_m2;
+  const Eigen::Vector3d d = h.point.position_in_world - p.position_in_world;
+  const double distance2 = d.dot(s.inverse() * d);
+  if (!(distance2 <= kPredictionChi2)) return -std::numeric_limits<double>::infinity();
+  return score - 0.5 * distance2 - 0.5 * std::log(s.determinant());
+}
+
+bool Hypotheses::shared_by_others(std::uint32_t blob, std::size_t hypothesis) const noexcept {
+  const auto own = blobs_of(hypotheses_[hypothesis]);
+  for (std::uint32_t m = head_of_blob_[blob]; m != kNone; m = next_of_blob_[m]) {
+    if (owner_[m] == hypothesis) continue;
+    // A variant of the same marker shares most blobs with it; another marker does not.
+    const auto other = blobs_of(hypotheses_[owner_[m]]);
+    const auto common = std::count_if(own.begin(), own.end(), [other](std::uint32_t b) {
+      return std::find(other.begin(), other.end(), b) != other.end();
+    });
+    if (2 * static_cast<std::size_t>(common) <= own.size()) return true;
+  }
+  return false;
+}
+
+void Hypotheses::split_contested() {
+  const std::size_t originals = hypotheses_.size();
+  for (std::size_t k = 0; k < originals; ++k) {
+    if (hypotheses_[k].count <= std::max(min_views_, 2u)) continue;
+    for (std::uint32_t m = 0; m < hypotheses_[k].count; ++m) {
+      const std::uint32_t contested = members_[hypotheses_[k].first + m];
+      if (!shared_by_others(contested, k)) continue;
+      BlobTuple without;
+      for (std::uint32_t blob : blobs_of(hypotheses_[k]))
+        if (blob != contested) without.add(blob);
+      consider(without, hypotheses_[k].prediction);
+    }
+  }
+}
+
+}  // namespace glint

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// The capture thread and the detector's side of the ring.
+#include "host/pipeline/frame_input.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "host/base/check.hpp"
+
+namespace glint {
+namespace {
+
+// A set waits here while the tracker is busy. A live source may fall this far behind before sets are dropped: four periods
+// ride out a scheduling hiccup, and older results than that help nobody.
+constexpr std::size_t kRing = 8;
+constexpr std::size_t kLiveBacklog = 4;
+
+std::vector<FrameSize> sizes_of(std::span<const SourceCamera> cameras) {
+  std::vector<FrameSize> sizes;
+  for (const SourceCamera& camera : cameras) sizes.push_back(camera.size);
+  return sizes;
+}
+
+std::unique_ptr<gpu::Detector> make(std::span<const SourceCamera> cameras, std::span<const gpu::Lens> lenses,
+                                    const FrameInputOptions& options) {
+  GLINT_CHECK(lenses.size() == cameras.size());
+  std::vector<gpu::CameraFormat> formats;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    formats.push_back({cameras[i].size.width_px, cameras[i].size.height_px, lenses[i]});
+  }
+  return gpu::make_detector(options.device, formats, options.detector);
+}
+
+}  // namespace
+
+FrameInput::FrameInput(std::unique_ptr<FrameSource> source, std::span<const gpu::Lens> lenses,
+                       const FrameInputOptions& options)
+    : source_(std::move(source)), options_(options),
+      // the ring, those in flight, the one being filled, the one popped, and one for the reader at each end
+      pool_(std::make_unique<FramePool>(sizes_of(source_->cameras()),
+                                        static_cast<std::uint32_t>(kRing + options.detector.depth + 4))),
+      detector_(make(source_->cameras(), lenses, options)), in_place_(detector_->adopt_frame_memory(pool_->memory())),
+      ring_(kRing), in_flight_(std::max(1u, options.detector.depth)), images_(source_->cameras().size()) {}
+
+FrameInput::~FrameInput() {
+  stop_.request_stop();
+  ring_.close();
+  if (thread_.joinable()) thread_.join();
+  gpu::BlobBatch rest;
+  while (count_-- > 0) (void)detector_->collect(rest);  // frames in flight are still lent to the device
+}
+
+void FrameInput::set_limit(std::uint32_t camera, std::span<const std::uint8_t> limit) {
+  detector_->set_limit(camera, limit);
+}
+
+void FrameInput::capture() noexcept {
+  const std::stop_token stop = stop_.get_token();
+  const bool is_live = source_->live();
+  const double rate = source_->rate_hz();
+  Pacer pacer(options_.pace);
+  ReadStatus status = ReadStatus::Ok;
+  for (std::uint64_t n = 0; !stop.stop_requested() && (options_.max_sets == 0 || n < options_.max_sets); ++n) {
+    FrameSet set;
+    status = source_->read(*pool_, set);
+    if (status != ReadStatus::Ok) break;
+    if (options_.pace.pace != Pace::Fastest) {
+      const double lateness = pacer.wait(pacer.due(set), stop);
+      if (is_live && rate > 0.0 && lateness > 1.0 / rate) late_.fetch_add(1, std::memory_order_relaxed);
+      if (stop.stop_requested()) break;
+    }
+    set.delivered = std::chrono::steady_clock::now();
+    if (!is_live) {
+      if (!ring_.wait_push(std::move(set))) break;
+    } else if (!ring_.push(std::move(set))) {
+      dropped_.fetch_add(1, std::memory_order_relaxed);  // the consumer is stuck: it will drop the older ones itself
+    }
+  }
+  source_end_ = status == ReadStatus::Ok ? ReadStatus::End : status;
+  source_counters_ = source_->counters();
+  source_done_.store(true, std::memory_order_release);
+  ring_.close();
+}
+
+bool FrameInput::submit_one(bool wait) noexcept {
+  FrameSet set;
+  for (;;) {
+    if (!(wait ? ring_.wait_pop(set) : ring_.pop(set))) return false;
+    if (!source_->live() || ring_.size() < kLiveBacklog) break;
+    dropped_.fetch_add(1, std::memory_order_relaxed);
+  }
+  for (std::size_t i = 0; i < images_.size(); ++i) {
+    images_[i] = set.frames[i] && !set.frames[i]->damaged ? set.frames[i]->image() : gpu::ImageView{};
+  }
+  if (detector_->submit(images_) != gpu::RunStatus::Ok) {
+    problem_ = detector_->last_error();
+    return false;
+  }
+  in_flight_[(oldest_ + count_) % in_flight_.size()] = std::move(set);
+  ++count_;
+  return true;
+}
+
+ReadStatus FrameInput::next(TickBlobs& tick) noexcept {
+  if (!thread_.joinable() && !ended_) thread_ = std::thread([this] { capture(); });
+  // With depth 2 the device is given the next set, if it is there, before the oldest one is waited for.
+  while (count_ < in_flight_.size() && problem_.empty() && !ended_) {
+    const bool must_wait = count_ == 0;
+    if (submit_one(must_wait)) continue;
+    if (must_wait && problem_.empty()) ended_ = true;
+    break;
+  }
+  if (!problem_.empty()) return ReadStatus::Failed;
+  if (count_ == 0) return source_end_;
+  if (detector_->collect(batch_) != gpu::RunStatus::Ok) {
+    problem_ = detector_->last_error();
+    return ReadStatus::Failed;
+  }
+  tick.detected = std::chrono::steady_clock::now();
+  FrameSet& set = in_flight_[oldest_];
+  oldest_ = (oldest_ + 1) % in_flight_.size();
+  --count_;
+  fill(tick, set);
+  return ReadStatus::Ok;
+}
+
+void FrameInput::fill(TickBlobs& tick, const FrameSet& set) noexcept {
+  tick.trigger = set.trigger;
+  tick.exposed = set.exposed;
+  tick.delivered = set.delivered;
+  tick.has_images = true;
+  tick.cameras.resize(batch_.cameras.size());
+  tick.images.resize(batch_.cameras.size());
+  tick.overflow = 0;
+  tick.stages = batch_.stages;
+  for (std::size_t i = 0; i < batch_.cameras.size(); ++i) {
+    tick.cameras[i] = batch_.cameras[i].blobs;
+    tick.images[i] = set.frames[i] && !set.frames[i]->damaged ? set.frames[i]->image() : gpu::ImageView{};
+    if (batch_.cameras[i].overflow) tick.overflow |= 1u << i;
+    if (!in_place_ && tick.images[i].pixels != nullptr) copied_.fetch_add(1, std::memory_order_relaxed);
+  }
+  overflows_.fetch_add(static_cast<std::uint64_t>(std::popcount(tick.overflow)), std::memory_order_relaxed);
+  sets_.fetch_add(1, std::memory_order_relaxed);
+}
+
+InputCounters FrameInput::counters() const noexcept {
+  InputCounters c;
+  c.sets = sets_.load(std::memory_order_relaxed);
+  c.dropped = dropped_.load(std::memory_order_relaxed);
+  c.late = late_.load(std::memory_order_relaxed);
+  c.overflows = overflows_.load(std::memory_order_relaxed);
+  c.copied = copied_.load(std::memory_order_relaxed);
+  if (source_done_.load(std::memory_order_acquire)) c.source = source_counters_;
+  return c;
+}
+
+std::string FrameInput::problem() const {
+  if (!problem_.empty()) return problem_;
+  return source_done_.load(std::memory_order_acquire) ? source_->problem() : std::string();
+}
+
+}  // namespace glint

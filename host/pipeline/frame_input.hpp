@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// Images in, blobs out: the capture thread, the frame pool and the detector.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <thread>
+
+#include "host/base/ring.hpp"
+#include "host/capture/pacer.hpp"
+#include "host/pipeline/tick_input.hpp"
+
+namespace glint {
+
+struct FrameInputOptions {
+  std::string device = "auto";
+  gpu::DetectorOptions detector;
+  PaceOptions pace;
+  std::uint64_t max_sets = 0;  ///< end after so many; 0: at the end of the source
+};
+
+/// Owns the capture thread: source -> pacing -> ring -> detector, called by the consumer's next().
+/// A live source never waits: when the consumer is behind, the oldest whole sets are dropped and counted.
+class FrameInput final : public TickInput {
+ public:
+  /// lenses: one per camera of the source. Throws gpu::Error, glint::Error.
+  FrameInput(std::unique_ptr<FrameSource> source, std::span<const gpu::Lens> lenses, const FrameInputOptions& options);
+  ~FrameInput() override;
+
+  /// What a pixel of that camera must exceed to be bright. Before the first next(). Throws gpu::Error.
+  void set_limit(std::uint32_t camera, std::span<const std::uint8_t> limit);
+  std::span<const SourceCamera> cameras() const noexcept override { return source_->cameras(); }
+  bool live() const noexcept override { return source_->live(); }
+  double rate_hz() const noexcept override { return source_->rate_hz(); }
+  const std::string& device_name() const noexcept override { return detector_->device_name(); }
+  [[nodiscard]] ReadStatus next(TickBlobs& tick) noexcept override;
+  void stop() noexcept override { stop_.request_stop(); }
+  InputCounters counters() const noexcept override;
+  std::string problem() const override;
+  bool reads_in_place() const noexcept { return in_place_; }
+
+ private:
+  void capture() noexcept;
+  bool submit_one(bool wait) noexcept;
+  void fill(TickBlobs& tick, const FrameSet& set) noexcept;
+
+  std::unique_ptr<FrameSource> source_;
+  FrameInputOptions options_;
+  std::unique_ptr<FramePool> pool_;          // after the source, before the detector that reads from it
+  std::unique_ptr<gpu::Detector> detector_;
+  bool in_place_ = false;
+  Ring<FrameSet> ring_;
+  std::vector<FrameSet> in_flight_;  // oldest at in_flight_[oldest_]
+  std::size_t oldest_ = 0, count_ = 0;
+  std::vector<gpu::ImageView> images_;
+  gpu::BlobBatch batch_;
+  bool ended_ = false;
+  std::string problem_;
+  ReadStatus source_end_ = ReadStatus::End;  // written by the capture thread before it closes the ring
+  std::atomic<std::uint64_t> sets_{0}, dropped_{0}, late_{0}, overflows_{0}, copied_{0};
+  SourceCounters source_counters_;           // written before the ring is closed
+  std::atomic<bool> source_done_{false};
+  std::stop_source stop_;
+  std::thread thread_;  // last: it uses everything above
+};
+
+}  // namespace glint

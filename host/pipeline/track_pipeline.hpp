@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// Blobs to tracks: the tracking thread, and the results on their way to the output thread.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "host/base/ring.hpp"
+#include "host/match/matcher.hpp"
+#include "host/pipeline/tick_input.hpp"
+#include "host/track/tracker.hpp"
+
+namespace glint {
+
+/// The outcome of one exposure.
+struct TickResult {
+  TriggerNo trigger{};
+  Timestamp exposed{}, delivered{}, detected{}, finished{};
+  std::uint32_t blobs = 0;
+  std::uint32_t overflow = 0;  ///< bit set of cameras
+  std::vector<TrackedPoint> points;
+
+  double detection_s() const noexcept { return seconds_between(delivered, detected); }
+  double end_to_end_s() const noexcept { return seconds_between(delivered, finished); }
+};
+
+struct TrackCountersSnapshot {
+  std::uint64_t ticks = 0, points = 0;
+  std::uint64_t results_dropped = 0;  ///< live only: the output was too slow
+  MatchCounters match;                ///< complete after the end
+  TrackCounters track;                ///< complete after the end
+};
+
+/// Owns the tracking thread. The caller's thread is the output thread: it calls run().
+class TrackPipeline {
+ public:
+  TrackPipeline(std::unique_ptr<TickInput> input, const Calibration& calibration, const MatchOptions& match,
+                const TrackOptions& track);
+  ~TrackPipeline();
+
+  /// Tracks to the end of the input; `on_result` is called for every tick, in order, on this thread, and may block: a
+  /// recording waits for it, of a live source results are dropped, counted. Returns Failed with problem() set when the
+  /// input failed.
+  ReadStatus run(const std::function<void(const TickResult&)>& on_result);
+
+  /// Any thread, also a signal-watching one.
+  void stop() noexcept { input_->stop(); }
+  TickInput& input() noexcept { return *input_; }
+  TrackCountersSnapshot counters() const noexcept;
+  const std::string& problem() const noexcept { return problem_; }
+
+ private:
+  void track_loop() noexcept;
+  std::unique_ptr<TickResult> spare(bool live) noexcept;
+
+  std::unique_ptr<TickInput> input_;
+  Matcher matcher_;
+  Tracker tracker_;
+  Ring<std::unique_ptr<TickResult>> results_, spares_;
+  std::atomic<std::uint64_t> ticks_{0}, points_{0}, results_dropped_{0};
+  MatchCounters match_counters_;  // the tracking thread's, read after it ended
+  TrackCounters track_counters_;
+  std::atomic<bool> done_{false};
+  ReadStatus end_ = ReadStatus::End;
+  std::string problem_;
+  std::thread thread_;
+};
+
+}  // namespace glint

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// Limits of the simulated rig's options.
+#include "host/sim/options.hpp"
+
+#include <cmath>
+
+#include "gpu/detector.hpp"
+
+namespace glint {
+namespace {
+
+class Problems {
+ public:
+  explicit Problems(std::vector<std::string>& list) : list_(list) {}
+  void require(bool fine, const char* text) {
+    if (!fine) list_.emplace_back(std::string("sim.") + text);
+  }
+
+ private:
+  std::vector<std::string>& list_;
+};
+
+bool is_rate(double value) { return value >= 0.0 && value <= 1.0; }  // false for NaN
+
+}  // namespace
+
+void SimOptions::check(std::vector<std::string>& problems) const {
+  Problems p(problems);
+  p.require(cameras >= 1 && cameras <= gpu::kMaxCameras, "cameras must be 1 to 32");
+  p.require(markers <= 1000, "markers must be 0 to 1000");
+  p.require(rate_hz > 0.0 && rate_hz <= 10000.0, "rate_hz must be above 0 and at most 10000");
+  p.require(max_speed_m_s >= 0.0 && max_speed_m_s <= 100.0, "max_speed_m_s must be 0 to 100");
+  p.require(width_px >= 32 && width_px <= 8192 && height_px >= 32 && height_px <= 8192 &&
+                std::uint64_t{width_px} * height_px <= gpu::kMaxPixels,
+            "width_px and height_px must be 32 to 8192, together at most 2^24 pixels");
+  p.require(marker_radius_m >= 0.0005 && marker_radius_m <= 0.05, "marker_radius_m must be 0.0005 to 0.05");
+  p.require(exposure_s > 0.0 && exposure_s * rate_hz <= 1.0,
+            "exposure_s must be above 0 and no longer than a frame period");
+  p.require(bright_spots <= 1000, "bright_spots must be 0 to 1000");
+  p.require(occluders <= 100, "occluders must be 0 to 100");
+  p.require(sensor.full_well_e >= 100.0 && sensor.full_well_e <= 1e6, "sensor.full_well_e must be 100 to 1e6");
+  p.require(sensor.read_noise_e >= 0.0 && sensor.read_noise_e <= 1e4, "sensor.read_noise_e must be 0 to 1e4");
+  p.require(sensor.black_level_grey >= 0.0 && sensor.black_level_grey <= 100.0,
+            "sensor.black_level_grey must be 0 to 100");
+  p.require(sensor.psf_sigma_px >= 0.3 && sensor.psf_sigma_px <= 5.0, "sensor.psf_sigma_px must be 0.3 to 5");
+  p.require(jpeg_quality >= 0 && jpeg_quality <= 100, "jpeg_quality must be 0 (none) to 100");
+  p.require(is_rate(faults.drop_rate), "faults.drop_rate must be 0 to 1");
+  p.require(is_rate(faults.duplicate_rate), "faults.duplicate_rate must be 0 to 1");
+  p.require(is_rate(faults.late_rate), "faults.late_rate must be 0 to 1");
+  p.require(faults.late_s >= 0.0 && std::isfinite(faults.late_s), "faults.late_s must be 0 or more");
+  p.require(faults.extra_noise_grey >= 0.0 && faults.extra_noise_grey <= 100.0,
+            "faults.extra_noise_grey must be 0 to 100");
+  if (faults.bump) {
+    p.require(faults.bump->camera < cameras, "faults.bump.camera must be one of the rig's cameras");
+    p.require(std::abs(faults.bump->angle_rad) <= 0.5, "faults.bump.angle_rad must be -0.5 to 0.5");
+  }
+}
+
+}  // namespace glint

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+// The truth: where markers, cameras and poles are at every tick, and who sees whom.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "host/geometry/camera.hpp"
+#include "host/sim/motion.hpp"
+#include "host/sim/options.hpp"
+#include "host/sim/sim_camera.hpp"
+
+namespace glint {
+
+namespace sim {
+
+/// Where a marker's image lies in one camera over the exposure.
+struct MarkerView {
+  bool imaged = false;  ///< in front of the camera and within the lens model; the rest is valid only then
+  double distance_m = 0.0;
+  double x_px = 0.0, y_px = 0.0;            ///< middle of the bounding box
+  double half_width_px = 0.0, half_height_px = 0.0;  ///< of the outline and its motion
+  double radius_px = 0.0;                   ///< larger of the two
+};
+
+}  // namespace sim
+
+/// One marker at the middle of one exposure. Bit c of a set is camera c.
+struct MarkerTruth {
+  Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_in_world = Eigen::Vector3d::Zero();
+  /// Its whole image, motion included, is at least 2 px inside the frame, and nothing hides more than 20 % of it.
+  std::uint32_t visible = 0;
+  /// Visible, the frame arrived in its set, and its blob stands alone: 4 px or more between its outline and that of any
+  /// other visible marker and of any static bright spot. This is "seen".
+  std::uint32_t clean = 0;
+};
+
+struct TickTruth {
+  std::uint64_t tick = 0;
+  std::uint32_t delivered = 0;  ///< cameras whose frame of this tick arrives in its set
+  std::vector<MarkerTruth> markers;
+  std::vector<sim::MarkerView> views;  ///< index: camera * markers + marker
+
+  std::span<const sim::MarkerView> views_of(std::uint32_t camera) const noexcept {
+    return std::span(views).subspan(camera * markers.size(), markers.size());
+  }
+};
+
+namespace sim {
+
+/// A static reflection: a disc through the optical blur.
+struct BrightSpot {
+  double x_px = 0.0, y_px = 0.0, radius_px = 0.0, grey = 0.0;
+};
+
+/// A dark vertical cylinder that stands on the floor.
+struct Pole {
+  double x_m = 0.0, y_m = 0.0, radius_m = 0.0, height_m = 0.0;
+};
+
+}  // namespace sim
+
+/// Everything of a simulated run follows from its options. Reentrant: any thread may ask for any tick.
+class Scene {
+ public:
+  /// Throws Error listing what is wrong with the options.
+  explicit Scene(const SimOptions& options);
+
+  const SimOptions& options() const noexcept { return options_; }
+  /// What a calibration would have found before anything was bumped; exact.
+  const Calibration& calibration() const noexcept { return calibration_; }
+  std::uint32_t cameras() const noexcept { return options_.cameras; }
+  std::uint32_t markers() const noexcept { return options_.markers; }
+
+  double mid_exposure_s(std::uint64_t tick) const noexcept { return static_cast<double>(tick) / options_.rate_hz; }
+  sim::MarkerState marker(std::uint32_t marker, double time_s) const noexcept { return flights_[marker].at(time_s); }
+  /// Replaces `truth`; allocates only the first time.
+  void truth(std::uint64_t tick, TickTruth& truth) const;
+
+  /// The camera as it really stands at that tick.
+  const sim::SimCamera& camera(std::uint32_t camera, std::uint64_t tick) const noexcept;
+  std::span<const sim::BrightSpot> spots(std::uint32_t camera) const noexcept { return spots_[camera]; }
+  std::span<const sim::Pole> poles() const noexcept { return poles_; }
+  /// Views of all markers in one camera; `views` has one place per marker.
+  void views(std::uint32_t camera, std::uint64_t tick, std::span<sim::MarkerView> views) const noexcept;
+  /// Whether anything could hide part of that marker.
+  bool may_be_hidden(std::uint32_t camera, std::uint64_t tick, std::uint32_t marker,
+                     std::span<const sim::MarkerView> views) const noexcept;
+  /// Calls visit(point_in_camera, hidden) for `count` points spread evenly over the marker's visible disc.
+  template <typename Visit>
+  void sample_disc(std::uint32_t camera, std::uint64_t tick, std::uint32_t marker, double time_s,
+                   std::span<const sim::MarkerView> views, unsigned count, Visit&& visit) const {
+    const sim::SimCamera& from = this->camera(camera, tick);
+    const Disc disc = disc_of(from, marker, time_s);
+    for (unsigned i = 0; i < count; ++i) {
+      const Eigen::Vector3d point = disc_point(disc, i, count);
+      visit(point, hidden(from, marker, time_s, views, point));
+    }
+  }
+
+ private:
+  struct Disc {
+    Eigen::Vector3d centre, right, down;
+  };
+  Disc disc_of(const sim::SimCamera& from, std::uint32_t marker, double time_s) const noexcept;
+  static Eigen::Vector3d disc_point(const Disc& disc, unsigned i, unsigned count) noexcept;
+  bool hidden(const sim::SimCamera& from, std::uint32_t marker, double time_s,
+              std::span<const sim::MarkerView> views, const Eigen::Vector3d& point_in_camera) const noexcept;
+
+  SimOptions options_;
+  Calibration calibration_;
+  sim::Volume volume_;
+  std::vector<sim::Flight> flights_;
+  std::vector<sim::SimCamera> cameras_;
+  std::vector<sim::SimCamera> bumped_;  // none or one
+  std::vector<std::vector<sim::BrightSpot>> spots_;
+  std::vector<sim::Pole> poles_;
+};
+
+}  // namespace glint

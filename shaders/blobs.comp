@@ -1,0 +1,144 @@
+#version 450
+// SPDX-License-Identifier: MIT
+// In: frames, limit images, candidate tiles. Out: one BlobRecord per 8-connected component.
+// Reference: gpu/cpu/reference.cpp.
+// Four steps: components inside a tile, joining across tiles, summing into the roots, centroids.
+// GLINT_STEP 0 runs all four with one workgroup per camera, for cameras with at most kFusedTiles candidates;
+// the others are left for GLINT_STEP 1 to 4, one invocation per tile. Counters are zero before and after a set.
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/interface/blob_record.h"
+#include "shaders/interface/params.h"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 1) const uint kFusedTiles = 2048u;
+
+layout(push_constant) uniform Options {
+  uint min_area_px;
+  uint max_area_px;
+  uint max_blobs;
+  uint slots;  // of all cameras together: the distance between two fields of `sums`
+};
+
+// Synchronization validation only sees a hazard between dispatches where one side is qualified; each
+// step says exactly what it does with each buffer.
+layout(binding = 0, std140) uniform Cameras { CameraParams cameras[kMaxCameraCount]; };
+layout(binding = 1) uniform usamplerBuffer frames;
+layout(binding = 2) uniform usamplerBuffer limits;
+layout(binding = 4, std430) coherent buffer Counters { CameraCounters counters[]; };
+layout(binding = 5, std430) readonly buffer TileList { uint tile_list[]; };
+layout(binding = 7, std430)
+#if GLINT_STEP == 0 || GLINT_STEP == 2
+    coherent
+#elif GLINT_STEP == 1
+    writeonly
+#else
+    readonly
+#endif
+    buffer Parents { uint parents[]; };
+layout(binding = 8, std430)
+#if GLINT_STEP == 0
+    coherent
+#elif GLINT_STEP == 1
+    writeonly
+#else
+    readonly
+#endif
+    buffer Links { uvec4 links[]; };  // border rows, border columns, next slot of the tile + 1, tile
+layout(binding = 9, std430)
+#if GLINT_STEP == 0 || GLINT_STEP == 3
+    coherent
+#elif GLINT_STEP == 1
+    writeonly
+#elif GLINT_STEP == 4
+    readonly
+#endif
+    buffer Sums { uint sums[]; };
+#if GLINT_STEP == 0 || GLINT_STEP == 2
+layout(binding = 6, std430)
+#if GLINT_STEP == 0
+    coherent
+#else
+    readonly
+#endif
+    buffer TileMap { uint tile_map[]; };
+#elif GLINT_STEP == 4
+layout(binding = 6, std430) writeonly buffer TileMap { uint tile_map[]; };
+#endif
+#if GLINT_STEP == 0
+layout(binding = 11, std430) writeonly buffer Header { CameraCounters header[]; };
+#endif
+#if GLINT_STEP == 0 || GLINT_STEP == 4
+layout(binding = 10, std430) writeonly buffer Blobs { BlobRecord blobs[]; };
+#endif
+
+#include "shaders/lib/bit_tile.glsl"
+#include "shaders/lib/packed_bytes.glsl"
+#include "shaders/lib/wide.glsl"
+#include "shaders/lib/component_sums.glsl"
+#if GLINT_STEP == 0 || GLINT_STEP == 1
+#include "shaders/lib/tile_components.glsl"
+#endif
+#if GLINT_STEP == 0 || GLINT_STEP >= 2
+#include "shaders/lib/union_find.glsl"
+#endif
+#if GLINT_STEP == 0 || GLINT_STEP == 2
+#include "shaders/lib/join_tiles.glsl"
+#endif
+#if GLINT_STEP == 0 || GLINT_STEP == 3
+#include "shaders/lib/sum_roots.glsl"
+#endif
+#if GLINT_STEP == 0 || GLINT_STEP == 4
+#include "shaders/lib/undistort.glsl"
+#include "shaders/lib/emit_blobs.glsl"
+#endif
+
+#if GLINT_STEP == 0
+void meet() {
+  memoryBarrierBuffer();
+  barrier();
+}
+
+void main() {
+  uint camera = gl_WorkGroupID.x;
+  uint tiles = counters[camera].tiles;
+  uint self = gl_LocalInvocationID.x;
+  uint step = gl_WorkGroupSize.x;
+  bool large = tiles > kFusedTiles;
+  if (large) tiles = 0u;
+  for (uint i = self; i < tiles; i += step) find_tile_components(camera, i);
+  meet();
+  for (uint i = self; i < tiles; i += step) join_tile(camera, i);
+  meet();
+  for (uint i = self; i < tiles; i += step) sum_into_roots(camera, i);
+  meet();
+  for (uint i = self; i < tiles; i += step) emit_blobs(camera, i);
+  meet();
+  if (self == 0u) {
+    header[camera].tiles = counters[camera].tiles;
+    header[camera].blobs = counters[camera].blobs;
+    header[camera].flags = counters[camera].flags;
+    if (!large) {
+      counters[camera].tiles = 0u;
+      counters[camera].extra = 0u;
+      counters[camera].blobs = 0u;
+      counters[camera].flags = 0u;
+    }
+  }
+}
+#else
+void main() {
+  uint camera = gl_WorkGroupID.y;
+  uint tiles = counters[camera].tiles;
+  uint i = gl_GlobalInvocationID.x;
+  if (tiles <= kFusedTiles || i >= tiles) return;
+#if GLINT_STEP == 1
+  find_tile_components(camera, i);
+#elif GLINT_STEP == 2
+  join_tile(camera, i);
+#elif GLINT_STEP == 3
+  sum_into_roots(camera, i);
+#else
+  emit_blobs(camera, i);
+#endif
+}
+#endif

@@ -1,0 +1,36 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# All C++ files are as clang-format 14 leaves them. Exit code 77 (skipped) without clang-format.
+#   check_format.sh          names the files that are not
+#   check_format.sh --fix    formats them
+set -eu
+cd "$(dirname "$0")/../.."
+tool=
+for candidate in clang-format-14 clang-format; do
+  if command -v "$candidate" >/dev/null 2>&1; then
+    tool=$candidate
+    break
+  fi
+done
+if [ -z "$tool" ]; then
+  echo "SKIPPED: clang-format is not installed (host/install_packages test)"
+  exit 77
+fi
+version=$("$tool" --version | sed -n 's/.*version \([0-9]*\).*/\1/p')
+if [ "$version" != 14 ]; then
+  echo "SKIPPED: the files are formatted with clang-format 14, here is $version"
+  exit 77
+fi
+files() { find gpu host shaders/interface tests benchmarks -name '*.cpp' -o -name '*.hpp' -o -name '*.h' 2>/dev/null | sort; }
+if [ "${1:-}" = --fix ]; then
+  files | xargs "$tool" -i
+  exit 0
+fi
+bad=0
+for file in $(files); do
+  if ! "$tool" --dry-run -Werror "$file" >/dev/null 2>&1; then
+    echo "$file:1: not as clang-format leaves it; run tests/layout/check_format.sh --fix"
+    bad=1
+  fi
+done
+exit $bad

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// The simulated rig refuses options that make no sense, all of them at once.
+#include "host/sim/options.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "host/base/error.hpp"
+#include "host/sim/scene.hpp"
+
+namespace glint {
+namespace {
+
+using testing::HasSubstr;
+using testing::SizeIs;
+
+std::vector<std::string> problems_of(const SimOptions& options) {
+  std::vector<std::string> problems;
+  options.check(problems);
+  return problems;
+}
+
+TEST(SimOptions, DefaultsAreFine) { EXPECT_THAT(problems_of({}), SizeIs(0)); }
+
+TEST(SimOptions, EveryProblemIsListed) {
+  SimOptions options;
+  options.cameras = 33;
+  options.rate_hz = 0.0;
+  options.jpeg_quality = 101;
+  options.faults.drop_rate = std::numeric_limits<double>::quiet_NaN();
+  options.faults.bump = SimBump{40, 0, 0.1};
+  EXPECT_THAT(problems_of(options), SizeIs(5));
+}
+
+TEST(SimOptions, SceneThrowsWithTheReason) {
+  SimOptions options;
+  options.cameras = 0;
+  try {
+    const Scene scene(options);
+    FAIL() << "accepted 0 cameras";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("sim.cameras must be 1 to 32"));
+  }
+}
+
+}  // namespace
+}  // namespace glint

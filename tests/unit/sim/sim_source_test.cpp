@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+// The simulated rig as a source: times, sequence numbers, faults.
+#include "host/sim/sim_source.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "host/sim/faults.hpp"
+
+namespace glint {
+namespace {
+
+SimOptions small() {
+  SimOptions options;
+  options.width_px = 320;
+  options.height_px = 200;
+  options.markers = 10;
+  return options;
+}
+
+FramePool pool_for(const Scene& scene, std::uint32_t slots) {
+  return FramePool(std::vector<FrameSize>(scene.cameras(), {scene.options().width_px, scene.options().height_px}),
+                   slots);
+}
+
+std::vector<std::uint8_t> pixels_of(const Frame& frame) {
+  const gpu::ImageView view = frame.image();
+  std::vector<std::uint8_t> pixels;
+  for (std::uint32_t y = 0; y < view.height_px; ++y) {
+    pixels.insert(pixels.end(), view.pixels + std::size_t{y} * view.stride_bytes,
+                  view.pixels + std::size_t{y} * view.stride_bytes + view.width_px);
+  }
+  return pixels;
+}
+
+TEST(SimSource, NamesSizesAndTimes) {
+  const Scene scene(small());
+  SimSource source(scene, {true, 3});
+  const Timestamp start{std::chrono::seconds(1000)};
+  source.set_start(start);
+  ASSERT_EQ(source.cameras().size(), 4u);
+  EXPECT_EQ(source.cameras()[3].name, "cam4");
+  EXPECT_EQ(source.cameras()[0].size.width_px, 320u);
+  EXPECT_EQ(source.rate_hz(), 90.0);
+  EXPECT_TRUE(source.live());
+  FramePool pool = pool_for(scene, 2);
+  FrameSet set;
+  for (std::uint64_t tick = 0; tick < 3; ++tick) {
+    ASSERT_EQ(source.read(pool, set), ReadStatus::Ok);
+    EXPECT_EQ(number(set.trigger), tick);
+    EXPECT_NEAR(seconds_between(start, set.exposed), static_cast<double>(tick) / 90.0, 1e-9);
+    for (std::size_t c = 0; c < 4; ++c) {
+      ASSERT_TRUE(set.frames[c].has_value());
+      EXPECT_EQ(index(set.frames[c]->camera), c);
+      EXPECT_EQ(set.frames[c]->sequence, tick);
+      EXPECT_NEAR(seconds_between(set.frames[c]->stamped, set.exposed), 137e-6 / 2, 1e-8);
+    }
+  }
+  EXPECT_EQ(source.read(pool, set), ReadStatus::End);
+  EXPECT_FALSE(set.frames[0].has_value());
+  EXPECT_EQ(source.counters().frames, 12u);
+  EXPECT_EQ(source.problem(), "");
+}
+
+TEST(SimSource, ImagesDoNotDependOnThePool) {
+  const Scene scene(small());
+  SimSource one(scene), other(scene);
+  FramePool two_slots = pool_for(scene, 2), five_slots = pool_for(scene, 5);
+  FrameSet set;
+  std::vector<FrameSet> held(4);
+  for (std::size_t tick = 0; tick < 40; ++tick) {
+    ASSERT_EQ(one.read(two_slots, set), ReadStatus::Ok);
+    ASSERT_EQ(other.read(five_slots, held[tick % held.size()]), ReadStatus::Ok);
+    for (std::size_t c = 0; c < 4; ++c) {
+      ASSERT_EQ(pixels_of(*set.frames[c]), pixels_of(*held[tick % held.size()].frames[c])) << "tick " << tick;
+    }
+  }
+}
+
+TEST(SimSource, ANewPoolAtAnOldAddressIsDrawnWhole) {
+  const Scene scene(small());
+  SimSource source(scene), reference(scene);
+  FramePool lasting = pool_for(scene, 1);
+  FrameSet set, expected;
+  for (int i = 0; i < 4; ++i) {
+    FramePool pool = pool_for(scene, 1);
+    for (int tick = 0; tick < 2; ++tick) {
+      ASSERT_EQ(source.read(pool, set), ReadStatus::Ok);
+      ASSERT_EQ(reference.read(lasting, expected), ReadStatus::Ok);
+      EXPECT_EQ(pixels_of(*set.frames[0]), pixels_of(*expected.frames[0]));
+    }
+    set = {};
+  }
+}
+
+TEST(SimSource, FaultsAreAppliedAndCountedAsTheTruthSays) {
+  SimOptions options = small();
+  options.faults.drop_rate = 0.1;
+  options.faults.late_rate = 0.1;
+  options.faults.late_s = 0.02;
+  options.faults.duplicate_rate = 0.1;
+  const Scene scene(options);
+  SimSource source(scene);
+  FramePool pool = pool_for(scene, 2);
+  FrameSet set;
+  TickTruth truth;
+  std::uint64_t missing = 0, late = 0, duplicated = 0;
+  std::vector<std::uint8_t> before;
+  constexpr std::uint64_t kTicks = 500;
+  for (std::uint64_t tick = 0; tick < kTicks; ++tick) {
+    ASSERT_EQ(source.read(pool, set), ReadStatus::Ok);
+    scene.truth(tick, truth);
+    for (std::uint32_t c = 0; c < 4; ++c) {
+      const sim::Fate fate = sim::fate(options, c, tick);
+      EXPECT_EQ((truth.delivered >> c & 1u) == 1u, fate == sim::Fate::Fine);
+      const bool there = fate == sim::Fate::Fine || fate == sim::Fate::Duplicated;
+      ASSERT_EQ(set.frames[c].has_value(), there);
+      missing += there ? 0u : 1u;
+      late += fate == sim::Fate::Late ? 1u : 0u;
+      if (!there) continue;
+      EXPECT_EQ(set.frames[c]->sequence, fate == sim::Fate::Duplicated ? tick - 1 : tick);
+      if (fate == sim::Fate::Duplicated) {
+        ++duplicated;
+        if (c == 0) {
+          EXPECT_EQ(pixels_of(*set.frames[0]), before);
+        }
+      }
+      if (c == 0) before = pixels_of(*set.frames[0]);
+    }
+  }
+  const SourceCounters counted = source.counters();
+  EXPECT_EQ(counted.missing, missing);
+  EXPECT_EQ(counted.late, late);
+  EXPECT_EQ(counted.duplicated, duplicated);
+  EXPECT_EQ(counted.frames + counted.missing, 4 * kTicks);
+  // 2000 draws each of about a tenth.
+  EXPECT_NEAR(static_cast<double>(late), 180.0, 50.0);
+  EXPECT_NEAR(static_cast<double>(missing - late), 200.0, 50.0);
+  EXPECT_NEAR(static_cast<double>(duplicated), 130.0, 50.0);
+}
+
+TEST(SimSource, ALittleLateIsInTime) {
+  SimOptions options = small();
+  options.faults.late_rate = 1.0;
+  options.faults.late_s = 0.002;
+  const Scene scene(options);
+  SimSource source(scene);
+  FramePool pool = pool_for(scene, 1);
+  FrameSet set;
+  ASSERT_EQ(source.read(pool, set), ReadStatus::Ok);
+  EXPECT_TRUE(set.frames[0].has_value());
+}
+
+TEST(SimSource, AnExhaustedPoolIsCountedAndNoCrash) {
+  const Scene scene(small());
+  SimSource source(scene);
+  FramePool pool = pool_for(scene, 1);
+  FrameSet held, starved;
+  ASSERT_EQ(source.read(pool, held), ReadStatus::Ok);
+  ASSERT_EQ(source.read(pool, starved), ReadStatus::Ok);
+  EXPECT_FALSE(starved.frames[0].has_value());
+  EXPECT_EQ(source.counters().no_slot, 4u);
+}
+
+TEST(SimSource, JpegChangesTheImageALittle) {
+  SimOptions options = small();
+  const Scene plain_scene(options);
+  options.jpeg_quality = 90;
+  const Scene jpeg_scene(options);
+  SimSource plain(plain_scene), jpeg(jpeg_scene);
+  FramePool pool = pool_for(plain_scene, 2);
+  FrameSet a, b;
+  for (int tick = 0; tick < 3; ++tick) {
+    ASSERT_EQ(plain.read(pool, a), ReadStatus::Ok);
+    ASSERT_EQ(jpeg.read(pool, b), ReadStatus::Ok);
+    const std::vector<std::uint8_t> before = pixels_of(*a.frames[0]), after = pixels_of(*b.frames[0]);
+    double difference = 0.0;
+    for (std::size_t i = 0; i < before.size(); ++i) difference += std::abs(before[i] - after[i]);
+    difference /= static_cast<double>(before.size());
+    EXPECT_GT(difference, 0.0);
+    EXPECT_LT(difference, 3.0);
+  }
+}
+
+TEST(SimSource, OneAndThirtyTwoCameras) {
+  for (const std::uint32_t cameras : {1u, 32u}) {
+    SimOptions options = small();
+    options.cameras = cameras;
+    const Scene scene(options);
+    SimSource source(scene);
+    FramePool pool = pool_for(scene, 1);
+    FrameSet set;
+    ASSERT_EQ(source.read(pool, set), ReadStatus::Ok);
+    EXPECT_EQ(source.counters().frames, cameras);
+  }
+}
+
+}  // namespace
+}  // namespace glint
