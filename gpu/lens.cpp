@@ -33,6 +33,15 @@ Forward forward(const Lens& lens, double x, double y) noexcept {
   return f;
 }
 
+/// Is the Jacobian positive definite at `samples` points from behind (x0, y0) to (x1, y1)?
+bool unfolded_between(const Lens& lens, double x0, double y0, double x1, double y1, int samples) noexcept {
+  for (int i = 1; i <= samples; ++i) {
+    const double t = static_cast<double>(i) / samples;
+    if (!forward(lens, x0 + t * (x1 - x0), y0 + t * (y1 - y0)).positive_definite()) return false;
+  }
+  return true;
+}
+
 /// Is the Jacobian positive definite everywhere between the centre and (x, y)? Then the model is one to
 /// one on that line and the point lies on the branch that a real lens uses.
 bool unfolded_up_to(const Lens& lens, double x, double y) noexcept {
@@ -48,12 +57,7 @@ bool unfolded_up_to(const Lens& lens, double x, double y) noexcept {
   const double needed = 8.0 * r * (std::abs(p1) + std::abs(p2));
   if (std::min(lower_bound(k1, k2, k3), lower_bound(3.0 * k1, 5.0 * k2, 7.0 * k3)) > needed) return true;
   // The bound is not sharp: look.
-  constexpr int kSteps = 64;
-  for (int i = 1; i <= kSteps; ++i) {
-    const double t = static_cast<double>(i) / kSteps;
-    if (!forward(lens, t * x, t * y).positive_definite()) return false;
-  }
-  return true;
+  return unfolded_between(lens, 0.0, 0.0, x, y, 64);
 }
 
 struct NewtonResult {
@@ -100,7 +104,8 @@ Undistorted follow_from_centre(const Lens& lens, double x_d, double y_d) noexcep
   for (double step = kFirstStep; reached < 1.0;) {
     const double t = std::min(1.0, reached + step);
     const NewtonResult next = newton(lens, t * x_d, t * y_d, x, y);
-    if (next.converged) {
+    // Close to a fold a Newton step may leap over it.
+    if (next.converged && unfolded_between(lens, x, y, next.x, next.y, 8)) {
       x = next.x, y = next.y, reached = t;
     } else {
       step *= 0.5;

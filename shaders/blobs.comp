@@ -26,6 +26,7 @@ layout(binding = 1) uniform usamplerBuffer frames;
 layout(binding = 2) uniform usamplerBuffer limits;
 layout(binding = 4, std430) coherent buffer Counters { CameraCounters counters[]; };
 layout(binding = 5, std430) readonly buffer TileList { uint tile_list[]; };
+#if GLINT_STEP != 4
 layout(binding = 7, std430)
 #if GLINT_STEP == 0 || GLINT_STEP == 2
     coherent
@@ -35,6 +36,7 @@ layout(binding = 7, std430)
     readonly
 #endif
     buffer Parents { uint parents[]; };
+#endif
 layout(binding = 8, std430)
 #if GLINT_STEP == 0
     coherent
@@ -53,6 +55,24 @@ layout(binding = 9, std430)
     readonly
 #endif
     buffer Sums { uint sums[]; };
+// A second, writeonly view of what a step both reads and writes: synchronization validation takes a plain buffer block
+// for reading only, and would not notice a missing barrier behind it.
+#if GLINT_STEP == 2
+layout(binding = 7, std430) writeonly buffer ParentsOut { uint parents_out[]; };
+#else
+#define parents_out parents
+#endif
+#if GLINT_STEP == 0 || GLINT_STEP == 3
+layout(binding = 12, std430)
+#if GLINT_STEP == 0
+    coherent
+#else
+    writeonly
+#endif
+    buffer Roots { uint roots[]; };
+#elif GLINT_STEP == 4
+layout(binding = 12, std430) readonly buffer Roots { uint roots[]; };
+#endif
 #if GLINT_STEP == 0 || GLINT_STEP == 2
 layout(binding = 6, std430)
 #if GLINT_STEP == 0
@@ -78,7 +98,7 @@ layout(binding = 10, std430) writeonly buffer Blobs { BlobRecord blobs[]; };
 #if GLINT_STEP == 0 || GLINT_STEP == 1
 #include "shaders/lib/tile_components.glsl"
 #endif
-#if GLINT_STEP == 0 || GLINT_STEP >= 2
+#if GLINT_STEP == 0 || GLINT_STEP == 2 || GLINT_STEP == 3
 #include "shaders/lib/union_find.glsl"
 #endif
 #if GLINT_STEP == 0 || GLINT_STEP == 2
@@ -111,7 +131,9 @@ void main() {
   meet();
   for (uint i = self; i < tiles; i += step) sum_into_roots(camera, i);
   meet();
-  for (uint i = self; i < tiles; i += step) emit_blobs(camera, i);
+  for (uint i = self; i < tiles; i += step) clear_tile(camera, i);
+  uint root_count = large ? 0u : counters[camera].roots;
+  for (uint i = self; i < root_count; i += step) emit_blob(camera, i);
   meet();
   if (self == 0u) {
     header[camera].tiles = counters[camera].tiles;
@@ -120,6 +142,7 @@ void main() {
     if (!large) {
       counters[camera].tiles = 0u;
       counters[camera].extra = 0u;
+      counters[camera].roots = 0u;
       counters[camera].blobs = 0u;
       counters[camera].flags = 0u;
     }
@@ -129,16 +152,19 @@ void main() {
 void main() {
   uint camera = gl_WorkGroupID.y;
   uint tiles = counters[camera].tiles;
+  if (tiles <= kFusedTiles) return;
   uint i = gl_GlobalInvocationID.x;
-  if (tiles <= kFusedTiles || i >= tiles) return;
 #if GLINT_STEP == 1
-  find_tile_components(camera, i);
+  if (i < tiles) find_tile_components(camera, i);
 #elif GLINT_STEP == 2
-  join_tile(camera, i);
+  if (i < tiles) join_tile(camera, i);
 #elif GLINT_STEP == 3
-  sum_into_roots(camera, i);
+  if (i < tiles) sum_into_roots(camera, i);
 #else
-  emit_blobs(camera, i);
+  if (i < tiles) clear_tile(camera, i);
+  // There may be more roots than tiles: the dispatch is sized by tiles.
+  uint root_count = counters[camera].roots;
+  for (uint n = i; n < root_count; n += gl_NumWorkGroups.x * gl_WorkGroupSize.x) emit_blob(camera, n);
 #endif
 }
 #endif

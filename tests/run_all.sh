@@ -34,7 +34,7 @@ run_tests() {
   local preset=$1 name=$2
   shift 2
   say "test $preset: $name"
-  if ! ctest --preset "$preset" --no-tests=error "$@"; then failed+=("$preset: $name"); fi
+  if ! ctest --preset "$preset" --no-tests=error "$@" | tee -a "$logs/ctest.txt"; then failed+=("$preset: $name"); fi
   cp "build/$preset/Testing/Temporary/LastTest.log" "$logs/$preset-$name.log" 2>/dev/null || true
 }
 
@@ -64,9 +64,8 @@ say "totals"
 passed_cases=$(cat "$logs"/*.log | sed -n 's/^\[  PASSED  \] \([0-9]*\) tests\{0,1\}\.$/\1/p' | awk '{ n += $1 } END { print n + 0 }')
 failed_cases=$(cat "$logs"/*.log | sed -n 's/^\[  FAILED  \] \([A-Za-z0-9_/]*\.[A-Za-z0-9_/]*\).*(.*ms)$/\1/p' | sort -u)
 skipped_cases=$(cat "$logs"/*.log | sed -n 's/^\[  SKIPPED \] \([A-Za-z0-9_/]*\.[A-Za-z0-9_/]*\).*(.*ms)$/\1/p' | sort -u)
-skipped_programs=$(grep -h -A 100000 -E '^[0-9]+/[0-9]+ Test: ' "$logs"/*.log |
-  awk '/^[0-9]+\/[0-9]+ Test: / { name = $3 } /^Test Skipped\.|Skip return code/ { print name }' | sort -u)
-programs=$(cat "$logs"/*.log | grep -c -E '^[0-9]+/[0-9]+ Test: ' || true)
+skipped_programs=$(sed -n 's/.*Test *#[0-9]*: \([^ ]*\) \.*\*\*\*Skipped.*/\1/p' "$logs/ctest.txt" | sort -u)
+programs=$(grep -c -E '^ *[0-9]+/[0-9]+ Test +#' "$logs/ctest.txt" || true)
 echo "$programs test programs ran, with $passed_cases passed GoogleTest cases, in $SECONDS s"
 for name in $skipped_programs $skipped_cases; do echo "SKIPPED: $name"; done
 for note in ${notes[@]+"${notes[@]}"}; do echo "SKIPPED: $note"; done

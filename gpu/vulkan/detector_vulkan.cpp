@@ -161,6 +161,11 @@ class VulkanDetector final : public Detector {
     if (const RunStatus status = wait(set); status != RunStatus::Ok) return status;
     const bool large = set.work.needs_large();
     if (large) {
+      try {
+        set.work.record_large(*set.commands);
+      } catch (const std::exception& e) {
+        return lost(e.what());
+      }
       if (const RunStatus status = start(set, *set.commands->large); status != RunStatus::Ok) return status;
       if (const RunStatus status = wait(set); status != RunStatus::Ok) return status;
     }

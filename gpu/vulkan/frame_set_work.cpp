@@ -17,7 +17,10 @@ constexpr vk::MemoryPropertyFlags kHost = Memory::eHostVisible | Memory::eHostCo
 // Two stamps around the first two dispatches and the one between them, as many again around the large ones.
 constexpr std::uint32_t kLargeQueries = 3, kQueries = kLargeQueries + 5;
 
-std::uint32_t round_up(std::uint32_t value, std::uint32_t step) { return (value + step - 1) / step * step; }
+constexpr vk::AccessFlags kReadWrite = Access::eShaderRead | Access::eShaderWrite;
+constexpr int kNeeded = -2;  // barriers that are not among the numbered ones: kBarriers says why
+
+std::uint32_t groups(std::uint32_t items, std::uint32_t each) { return (items + each - 1) / each; }
 
 vk::raii::DescriptorPool make_pool(const VulkanDevice& gpu) {
   const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eUniformBuffer, 2),
@@ -31,8 +34,8 @@ vk::raii::DescriptorPool make_pool(const VulkanDevice& gpu) {
 WorkLayout::WorkLayout(std::span<const CameraFormat> cameras, std::uint32_t largest_buffer_bytes) {
   std::uint64_t all_tiles = 0;
   for (const CameraFormat& camera : cameras) {
-    all_tiles += std::uint64_t{round_up(camera.width_px, shaders::kTileWidth) / shaders::kTileWidth} *
-                 (round_up(camera.height_px, shaders::kTileHeight) / shaders::kTileHeight);
+    all_tiles += std::uint64_t{groups(camera.width_px, shaders::kTileWidth)} *
+                 (groups(camera.height_px, shaders::kTileHeight));
   }
   // A tile holds at most 32 components, but images that come near that everywhere hold more blobs than there is room
   // for. Eight more than one a tile covers lines as close as they can be and noise of any density that is not an
@@ -44,8 +47,8 @@ WorkLayout::WorkLayout(std::span<const CameraFormat> cameras, std::uint32_t larg
     shaders::CameraParams p{};
     p.width_px = camera.width_px;
     p.height_px = camera.height_px;
-    p.tiles_x = round_up(camera.width_px, shaders::kTileWidth) / shaders::kTileWidth;
-    p.tiles_y = round_up(camera.height_px, shaders::kTileHeight) / shaders::kTileHeight;
+    p.tiles_x = groups(camera.width_px, shaders::kTileWidth);
+    p.tiles_y = groups(camera.height_px, shaders::kTileHeight);
     const std::uint32_t camera_tiles = p.tiles_x * p.tiles_y;
     p.limit_texel = limit_texels;
     p.tile_base = tiles;
@@ -69,7 +72,6 @@ WorkLayout::WorkLayout(std::span<const CameraFormat> cameras, std::uint32_t larg
     slots += camera_tiles + p.extra_slots;
     most_tiles_x = std::max(most_tiles_x, p.tiles_x);
     most_tiles_y = std::max(most_tiles_y, p.tiles_y);
-    most_tiles = std::max(most_tiles, camera_tiles);
   }
   limit_bytes = vk::DeviceSize{limit_texels} * 16;
 }
@@ -78,7 +80,7 @@ FrameSetWork::FrameSetWork(const VulkanDevice& gpu, const Pipelines& pipelines, 
                            const LimitBuffers& limits, const BlobPushConstants& options, bool upload, int omitted_barrier)
     : done(gpu.device, vk::FenceCreateInfo()), gpu_(gpu), pipelines_(pipelines), limits_(limits), options_(options),
       cameras_(static_cast<std::uint32_t>(layout.params.size())), most_tiles_x_(layout.most_tiles_x),
-      most_tiles_y_(layout.most_tiles_y), most_tiles_(layout.most_tiles), omitted_barrier_(omitted_barrier), pool_(make_pool(gpu)),
+      most_tiles_y_(layout.most_tiles_y), omitted_barrier_(omitted_barrier), pool_(make_pool(gpu)),
       queries_(gpu.device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, kQueries)) {
   const auto local = [&](vk::DeviceSize size, vk::BufferUsageFlags usage, const char* name) {
     return gpu.make_buffer(size, usage, {}, Memory::eDeviceLocal, name);
@@ -103,6 +105,7 @@ FrameSetWork::FrameSetWork(const VulkanDevice& gpu, const Pipelines& pipelines, 
   parents_ = local(vk::DeviceSize{layout.slots} * 4, kStorage, "parents");
   links_ = local(vk::DeviceSize{layout.slots} * 16, kStorage, "links");
   sums_ = local(vk::DeviceSize{layout.slots} * 4 * kSumFields, kStorage, "sums");
+  roots_ = local(vk::DeviceSize{layout.slots} * 4, kStorage, "roots");
   blobs_ = gpu.make_buffer(sizeof(BlobRecord) * options.max_blobs * cameras_, Usage::eStorageBuffer, kHost,
                            Memory::eHostCached, "blobs");
   header_ = gpu.make_buffer(counters_.size, Usage::eStorageBuffer, kHost, Memory::eHostCached, "counters for the host");
@@ -132,7 +135,7 @@ vk::raii::DescriptorSet FrameSetWork::make_set(const vk::raii::BufferView& frame
   std::vector<vk::DescriptorBufferInfo> infos(kBindingCount);
   const std::array<const VulkanDevice::Buffer*, kBindingCount> buffers{
       &params_, nullptr,   nullptr,  &limits_.tile_floors, &counters_, &tile_list_,
-      &tile_map_, &parents_, &links_, &sums_, &blobs_, &header_};
+      &tile_map_, &parents_, &links_, &sums_, &blobs_, &header_, &roots_};
   const vk::BufferView frames_raw = *frames_view, limits_raw = **limits_.limits_view;
   std::vector<vk::WriteDescriptorSet> writes;
   for (std::uint32_t i = 0; i < kBindingCount; ++i) {
@@ -150,13 +153,10 @@ vk::raii::DescriptorSet FrameSetWork::make_set(const vk::raii::BufferView& frame
   return set;
 }
 
-vk::raii::CommandBuffer FrameSetWork::begin(const vk::raii::DescriptorSet& set) const {
-  vk::raii::CommandBuffer commands = std::move(
-      vk::raii::CommandBuffers(gpu_.device, {*gpu_.command_pool, vk::CommandBufferLevel::ePrimary, 1}).front());
+void FrameSetWork::begin(const vk::raii::CommandBuffer& commands, vk::DescriptorSet set) const {
   commands.begin({});
-  commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *pipelines_.layout, 0, *set, {});
+  commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *pipelines_.layout, 0, set, {});
   commands.pushConstants<BlobPushConstants>(*pipelines_.layout, vk::ShaderStageFlagBits::eCompute, 0, options_);
-  return commands;
 }
 
 void FrameSetWork::stamp(const vk::raii::CommandBuffer& commands, std::uint32_t query) const {
@@ -173,12 +173,10 @@ void FrameSetWork::barrier(const vk::raii::CommandBuffer& commands, int number, 
 }
 
 FrameSetWork::Commands FrameSetWork::record(const vk::raii::DescriptorSet& set) const {
-  constexpr vk::AccessFlags kReadWrite = Access::eShaderRead | Access::eShaderWrite;
-  constexpr int kNeeded = -2;  // not among the numbered ones: kBarriers says why
-  const auto groups = [](std::uint32_t items, std::uint32_t each) { return (items + each - 1) / each; };
-  Commands recorded{begin(set), begin(set)};
-
+  vk::raii::CommandBuffers made(gpu_.device, {*gpu_.command_pool, vk::CommandBufferLevel::ePrimary, 2});
+  Commands recorded{std::move(made[0]), std::move(made[1]), *set};
   const vk::raii::CommandBuffer& always = recorded.always;
+  begin(always, *set);
   if (gpu_.timestamp_bits > 0) always.resetQueryPool(*queries_, 0, kQueries);
   stamp(always, 0);
   always.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines_.candidate_tiles);
@@ -193,14 +191,19 @@ FrameSetWork::Commands FrameSetWork::record(const vk::raii::DescriptorSet& set) 
   // Fused step: blobs and header -> host
   barrier(always, kNeeded, Stage::eComputeShader, Access::eShaderWrite, Stage::eHost, Access::eHostRead);
   always.end();
+  return recorded;
+}
 
-  const vk::raii::CommandBuffer& large = recorded.large;
+void FrameSetWork::record_large(const Commands& commands) const {
+  const std::uint32_t tile_groups = groups(largest_tiles(), kSplitGroup);
+  const vk::raii::CommandBuffer& large = commands.large;
+  begin(large, commands.set);
   // Candidate tiles and counters of the commands above -> step 1
   barrier(large, kNeeded, Stage::eComputeShader, Access::eShaderWrite, Stage::eComputeShader, kReadWrite);
   stamp(large, kLargeQueries);
   for (std::uint32_t step = 1; step <= 4; ++step) {
     large.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines_.blobs[step]);
-    large.dispatch(groups(most_tiles_, kSplitGroup), cameras_, 1);
+    large.dispatch(tile_groups, cameras_, 1);
     stamp(large, kLargeQueries + step);
     // 1: components -> joined; 2: parents -> summed; 3: sums -> emitted
     if (step < 4) barrier(large, static_cast<int>(step), Stage::eComputeShader, Access::eShaderWrite, Stage::eComputeShader, kReadWrite);
@@ -214,7 +217,6 @@ FrameSetWork::Commands FrameSetWork::record(const vk::raii::DescriptorSet& set) 
   barrier(large, kNeeded, Stage::eComputeShader | Stage::eTransfer, Access::eShaderWrite | Access::eTransferWrite,
           Stage::eComputeShader | Stage::eHost, kReadWrite | Access::eHostRead);
   large.end();
-  return recorded;
 }
 
 std::span<const double> FrameSetWork::stage_seconds(bool large_ran) {
@@ -235,11 +237,12 @@ std::span<const double> FrameSetWork::stage_seconds(bool large_ran) {
   return {stage_seconds_.data(), stage};
 }
 
-bool FrameSetWork::needs_large() const noexcept {
+std::uint32_t FrameSetWork::largest_tiles() const noexcept {
+  std::uint32_t most = 0;
   for (std::uint32_t camera = 0; camera < cameras_; ++camera) {
-    if (reinterpret_cast<const shaders::CameraCounters*>(header_.mapped)[camera].tiles > pipelines_.fused_tiles) return true;
+    most = std::max(most, reinterpret_cast<const shaders::CameraCounters*>(header_.mapped)[camera].tiles);
   }
-  return false;
+  return most;
 }
 
 std::span<shaders::CameraParams> FrameSetWork::params() const {

@@ -11,7 +11,7 @@ namespace glint::gpu {
 
 /// Binding numbers of shaders/*.comp.
 enum Binding : std::uint32_t {
-  kCameras, kFrames, kLimits, kTileFloors, kCounters, kTileList, kTileMap, kParents, kLinks, kSums, kBlobs, kHeader,
+  kCameras, kFrames, kLimits, kTileFloors, kCounters, kTileList, kTileMap, kParents, kLinks, kSums, kBlobs, kHeader, kRoots,
   kBindingCount
 };
 

@@ -13,7 +13,7 @@
 #include "host/base/error.hpp"
 #include "host/output/report.hpp"
 #include "host/output/report_recorder.hpp"
-#include "host/output/text_file.hpp"
+#include "host/config/text_file.hpp"
 #include "host/output/track_sink.hpp"
 #include "host/pipeline/track_pipeline.hpp"
 #include "host/sim/score.hpp"
@@ -141,7 +141,7 @@ void run(const TrackArguments& a) {
   output.reset();  // ends the status line
 
   if (!a.quiet) std::fputs(summary_text(summary).c_str(), stderr);
-  if (!a.summary.empty()) write_text_file(a.summary, summary_json(summary));
+  if (!a.summary.empty()) write_text_file(a.summary, summary_json(summary), true);
   if (report_file) {
     report.title = "glint: " + a.run.source;
     report.subtitle = "rig " + summary.rig + ", " + summary.device;

@@ -62,6 +62,7 @@ struct VideoDecoder::Impl {
   FrameSize size;
 
   void open(const std::string& address, const VideoDecoderOptions& options);
+  bool video_is_known() const noexcept;
   Step decode_next();
   [[noreturn]] void fail(const std::string& what) const { throw Error(shown + ": " + what); }
   [[noreturn]] void fail_open(int status, const std::string& logged,
@@ -80,6 +81,14 @@ void VideoDecoder::Impl::fail_open(int status, const std::string& logged,
   if (!logged.empty()) why += (why.empty() ? "" : ", ") + logged;
   fail("cannot be opened: " + why +
        (options.live ? "; check the address, and that the camera is on and reachable" : ""));
+}
+
+bool VideoDecoder::Impl::video_is_known() const noexcept {
+  for (unsigned n = 0; n < format->nb_streams; ++n) {
+    const AVCodecParameters& parameters = *format->streams[n]->codecpar;
+    if (parameters.codec_type == AVMEDIA_TYPE_VIDEO && parameters.codec_id != AV_CODEC_ID_NONE) return true;
+  }
+  return false;
 }
 
 void VideoDecoder::Impl::open(const std::string& address, const VideoDecoderOptions& options) {
@@ -104,8 +113,12 @@ void VideoDecoder::Impl::open(const std::string& address, const VideoDecoderOpti
   int status = avformat_open_input(&raw, address.c_str(), nullptr, list.get());  // frees raw on failure
   if (status < 0) fail_open(status, log.first(), options);
   format.reset(raw);
-  status = avformat_find_stream_info(format.get(), nullptr);
-  if (status < 0) fail_open(status, log.first(), options);
+  // Looking into the stream reads many frames, which with a slow camera takes seconds; a network camera's
+  // protocol usually has said all that is needed.
+  if (!options.live || !video_is_known()) {
+    status = avformat_find_stream_info(format.get(), nullptr);
+    if (status < 0) fail_open(status, log.first(), options);
+  }
   stream = av_find_best_stream(format.get(), AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   if (stream < 0) {
     if (patience.timed_out()) fail_open(0, "", options);

@@ -210,6 +210,7 @@ Timestamp RecordedSource::exposure_time(std::uint64_t sequence, std::optional<st
 void RecordedSource::sum_up() {
   for (std::size_t n = 0; n < cameras_.size(); ++n) {
     if (!cameras_[n].last_sequence || *cameras_[n].last_sequence < *last_sequence_) {
+      ++counters_.ended_early;
       notes_.add_summary("camera " + described_[n].name + " ended after " +
                          std::to_string(cameras_[n].given) + " of " + std::to_string(sets_) + " frames");
     }

@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -86,7 +87,11 @@ FramePool::FramePool(std::vector<FrameSize> cameras, std::uint32_t slots_per_cam
     bytes_ += camera.slot_bytes * slots_per_camera;
     cameras_.push_back(camera);
   }
-  lent_ = std::make_unique<std::atomic<bool>[]>(cameras_.size() * slots_per_camera);
+  const std::uint64_t slots = std::uint64_t{slots_per_camera} * cameras_.size();
+  if (slots > std::numeric_limits<std::uint32_t>::max()) {
+    throw Error("no memory for " + std::to_string(slots) + " frames; use fewer");
+  }
+  lent_ = std::make_unique<std::atomic<bool>[]>(slots);
 
   // MAP_POPULATE: every page exists before the loop runs, so that the frame path has no page faults.
   void* const mapped =

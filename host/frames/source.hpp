@@ -21,6 +21,7 @@ struct SourceCamera {
 /// What a source lost or found broken, counted since its start.
 struct SourceCounters {
   std::uint64_t frames = 0, missing = 0, damaged = 0, late = 0, duplicated = 0, no_slot = 0;
+  std::uint64_t ended_early = 0;  ///< recordings: cameras that ended before others
 };
 
 enum class ReadStatus : std::uint8_t {

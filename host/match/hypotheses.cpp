@@ -15,7 +15,6 @@ namespace glint {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
-constexpr std::size_t kMaxHypotheses = std::size_t{1} << 20;  // 300 MB; more are counted as cut
 // Size of a blob against what the other views (or the known radius) give: thresholds and blur move small blobs by about
 // half a pixel, so that only these factors and at least so many pixels mean something else than one whole marker.
 constexpr double kSizeTooLarge = 1.5, kSizeTooSmall = 0.67, kSizeMargin_px = 0.75;
@@ -33,7 +32,7 @@ Hypotheses::Hypotheses(std::span<const Camera> cameras, const MatchOptions& opti
   log_volume_ = std::log(visible_volume_m3(cameras, options.min_range_m, options.max_range_m));
 }
 
-void Hypotheses::reset(std::span<const Prediction> predictions, unsigned min_views) {
+void Hypotheses::reset(std::span<const Prediction> predictions, unsigned min_views, std::size_t limit) {
   hypotheses_.clear();
   members_.clear();
   owner_.clear();
@@ -43,6 +42,8 @@ void Hypotheses::reset(std::span<const Prediction> predictions, unsigned min_vie
   cut_ = held_back_ = 0;
   predictions_ = predictions;
   min_views_ = min_views;
+  limit_ = limit;
+  full_ = false;
   for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
     const CameraCalibration& c = cameras_[camera].calibration();
     const double area = std::max(1.0, static_cast<double>(c.width_px) * static_cast<double>(c.height_px));
@@ -78,7 +79,8 @@ void Hypotheses::consider(BlobTuple tuple, std::uint32_t prediction) {
     ++held_back_;
     return;
   }
-  if (hypotheses_.size() >= kMaxHypotheses) {
+  if (hypotheses_.size() >= limit_) {
+    full_ = true;
     ++cut_;
     return;
   }
@@ -132,8 +134,8 @@ bool Hypotheses::fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& v
 }
 
 // A blob much larger than the marker has another one merged into it, a much smaller one is partly hidden: either way its
-// centroid is off by about the difference of the radii. Returns whether any covariance was widened.
-bool Hypotheses::widen_odd_sizes(const BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
+// centroid is off by about the difference of the radii. Returns the views widened, as bits.
+std::uint32_t Hypotheses::widen_odd_sizes(const BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
                                  const Triangulated& point) const noexcept {
   std::array<double, kMatchCameras> sizes{}, px_per_m{};
   std::size_t known = 0;
@@ -143,13 +145,13 @@ bool Hypotheses::widen_odd_sizes(const BlobTuple& tuple, std::array<Observation,
     px_per_m[k] = 1.0 / (range * blob.angle_per_px);
     if (blob.radius_px > 0.0) sizes[known++] = blob.radius_px / px_per_m[k];
   }
-  if (known < (options_.marker_radius_m > 0.0 ? 1 : 3)) return false;
+  if (known < (options_.marker_radius_m > 0.0 ? 1 : 3)) return 0;
   double typical = 0.0;
   if (known >= 3) {
     std::nth_element(sizes.begin(), sizes.begin() + (known - 1) / 2, sizes.begin() + known);
     typical = sizes[(known - 1) / 2];
   }
-  bool widened = false;
+  std::uint32_t widened = 0;
   for (std::size_t k = 0; k < tuple.count; ++k) {
     const MatchBlob& blob = table_[tuple.blobs[k]];
     if (blob.radius_px <= 0.0 || blob.saturated) continue;
@@ -166,7 +168,7 @@ bool Hypotheses::widen_odd_sizes(const BlobTuple& tuple, std::array<Observation,
     }
     if (difference == 0.0) continue;
     views[k].covariance_px2 += difference * difference * Eigen::Matrix2d::Identity();
-    widened = true;
+    widened |= 1u << blob.camera;
   }
   return widened;
 }
@@ -178,21 +180,21 @@ bool Hypotheses::evaluate(BlobTuple& tuple, std::uint32_t prediction, Hypothesis
     views[k] = {&cameras_[blob.camera], blob.normalized, blob.covariance_px2};
   }
   if (!fit(tuple, views, h.point)) return false;
-  if (widen_odd_sizes(tuple, views, h.point)) {
-    h.doubtful = true;
-    if (!fit(tuple, views, h.point)) return false;
-  }
+  const std::uint32_t odd = widen_odd_sizes(tuple, views, h.point);
+  if (odd != 0 && !fit(tuple, views, h.point)) return false;
+  unsigned good = 0;
   for (std::uint32_t blob : tuple.span()) {
-    h.doubtful = h.doubtful || table_[blob].suspect;
+    if (!table_[blob].suspect && (odd >> table_[blob].camera & 1u) == 0) ++good;
     const double range =
         (h.point.position_in_world - cameras_[table_[blob].camera].position_in_world()).norm();
     if (range < options_.min_range_m || range > options_.max_range_m) return false;
   }
+  h.doubtful = good < 2;
   const std::span<const Observation> used(views.data(), tuple.count);
   h.score = score_of(tuple, used, h);
   if (!std::isfinite(h.score)) return false;
-  if (prediction != kNoPrediction && tuple.count == 2 && h.doubtful) {
-    // One good view and a bad one: the track's expectation takes the place of the third.
+  if (prediction != kNoPrediction && h.doubtful) {
+    // One good view at most: the track's expectation takes the place of the second.
     const Prediction& p = predictions_[prediction];
     const PositionPrior prior{p.position_in_world, p.covariance_m2};
     if (const auto fitted = triangulate(used, triangulate_options_, &prior)) h.point = *fitted;

@@ -22,7 +22,7 @@ struct Hypothesis {
   double score = 0.0;            ///< log-likelihood ratio: one marker against that many blobs of clutter
   std::uint32_t first = 0, count = 0;
   std::uint32_t prediction = kNoPrediction;
-  bool doubtful = false;         ///< a blob of it looks merged or cut off
+  bool doubtful = false;         ///< at most one of its blobs looks like one whole marker
 };
 
 /// A consistent tuple of blobs, at most one per camera, ascending.
@@ -39,8 +39,8 @@ class Hypotheses {
   Hypotheses(std::span<const Camera> cameras, const MatchOptions& options, const BlobTable& table);
 
   /// Forgets everything; clutter densities are taken from the blobs that are free now. A tuple with fewer views than
-  /// `min_views` is not kept.
-  void reset(std::span<const Prediction> predictions, unsigned min_views);
+  /// `min_views` is not kept, nor more than `limit` tuples.
+  void reset(std::span<const Prediction> predictions, unsigned min_views, std::size_t limit);
 
   /// Extends a pair to the tuples of all other cameras that agree with it, and keeps them.
   void grow(const BlobPair& seed, std::uint32_t prediction);
@@ -53,6 +53,8 @@ class Hypotheses {
   std::span<const std::uint32_t> blobs_of(const Hypothesis& h) const noexcept {
     return {members_.data() + h.first, h.count};
   }
+  /// The limit was reached: what was found later is not there, and is counted as cut.
+  bool full() const noexcept { return full_; }
   std::uint64_t cut() const noexcept { return cut_; }
   std::uint64_t held_back() const noexcept { return held_back_; }
 
@@ -69,7 +71,7 @@ class Hypotheses {
   void consider(BlobTuple tuple, std::uint32_t prediction);
   bool evaluate(BlobTuple& tuple, std::uint32_t prediction, Hypothesis& h) const noexcept;
   bool fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& views, Triangulated& point) const noexcept;
-  bool widen_odd_sizes(const BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
+  std::uint32_t widen_odd_sizes(const BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
                        const Triangulated& point) const noexcept;
   double score_of(const BlobTuple& tuple, std::span<const Observation> views, const Hypothesis& h) const noexcept;
   bool shared_by_others(std::uint32_t blob, std::size_t hypothesis) const noexcept;
@@ -82,6 +84,8 @@ class Hypotheses {
   std::vector<double> log_clutter_;  // per pixel^2, by camera
   std::span<const Prediction> predictions_;
   unsigned min_views_ = 2;
+  std::size_t limit_ = 0;
+  bool full_ = false;
 
   std::vector<Hypothesis> hypotheses_;
   std::vector<std::uint32_t> members_;                // blobs

@@ -21,6 +21,11 @@ namespace {
 constexpr double kVaguePx = 40.0;
 constexpr std::size_t kVagueBlobs = 6;
 
+// Tuples kept at most: 150 MB. Far fewer (so many per blob of the fullest camera, and some) mean that the blobs are too
+// dense for so few views to tell them apart; then more views are asked for first.
+constexpr std::size_t kMaxHypotheses = std::size_t{1} << 19;
+constexpr std::size_t kAmbiguousPerBlob = 8, kAmbiguousBase = 4096;
+
 std::vector<Camera> make_cameras(const Calibration& calibration) {
   if (calibration.cameras.size() > kMatchCameras)
     throw Error("the calibration has " + std::to_string(calibration.cameras.size()) +
@@ -41,6 +46,7 @@ struct Matcher::Impl {
   void match_predictions(std::span<const Prediction> predictions);
   void collect_candidates(const Prediction& prediction);
   void match_all_pairs(unsigned min_views);
+  bool collect_all_pairs(unsigned min_views, std::size_t limit);
   void suspect_what_points_explain();
   void select(double bonus, std::size_t prediction_count);
   void accept(const Hypothesis& h);
@@ -116,7 +122,7 @@ void Matcher::Impl::collect_candidates(const Prediction& prediction) {
 }
 
 void Matcher::Impl::match_predictions(std::span<const Prediction> all) {
-  hypotheses.reset(all, options.min_cameras);
+  hypotheses.reset(all, options.min_cameras, kMaxHypotheses);
   for (std::uint32_t k = 0; k < all.size(); ++k) {
     if (!all[k].position_in_world.allFinite() || !all[k].covariance_m2.allFinite()) continue;
     collect_candidates(all[k]);
@@ -133,15 +139,30 @@ void Matcher::Impl::match_predictions(std::span<const Prediction> all) {
 
 void Matcher::Impl::match_all_pairs(unsigned min_views) {
   if (cameras.size() < min_views) return;
-  hypotheses.reset({}, min_views);
+  std::size_t fullest = 0;
+  for (std::size_t camera = 0; camera < cameras.size(); ++camera)
+    fullest = std::max(fullest, table.free_blobs(camera));
+  const std::size_t limit = std::min(kMaxHypotheses, kAmbiguousBase + kAmbiguousPerBlob * fullest);
+  if (!collect_all_pairs(min_views, limit)) {
+    // Too dense: first what one view more confirms, then this with what is left.
+    if (min_views < cameras.size()) match_all_pairs(min_views + 1);
+    collect_all_pairs(min_views, kMaxHypotheses);
+  }
+  hypotheses.split_contested();
+  select(min_views == 2 ? -kTwoViewLogOdds : 0.0, 0);
+}
+
+// False if there are more than `limit` hypotheses: the rest was not looked for unless the limit is the last one.
+bool Matcher::Impl::collect_all_pairs(unsigned min_views, std::size_t limit) {
+  hypotheses.reset({}, min_views, limit);
   for (std::size_t a = 0; a < cameras.size(); ++a)
     for (std::uint32_t blob = table.begin_of(a); blob < table.end_of(a); ++blob) {
       if (!table.free(blob)) continue;
       for (std::size_t b = a + 1; b < cameras.size(); ++b)
         pairs.partners(blob, b, [&](const BlobPair& pair) { hypotheses.grow(pair, kNoPrediction); });
+      if (hypotheses.full() && limit < kMaxHypotheses) return false;
     }
-  hypotheses.split_contested();
-  select(min_views == 2 ? -kTwoViewLogOdds : 0.0, 0);
+  return !hypotheses.full();
 }
 
 // A camera that should show a point but has no blob for it may show it merged into another blob nearby, which then is a

@@ -19,6 +19,8 @@ struct Colour {
 };
 constexpr Colour kGood{60, 220, 120}, kSaturated{255, 180, 40}, kBad{255, 80, 80}, kCross{80, 160, 255};
 
+constexpr float kFarthest = 1e6f;
+
 constexpr int kDigitWidth = 3, kDigitHeight = 5, kDigitScale = 2;
 // Rows of three dots, top first; bit 2 is the left dot.
 constexpr std::array<std::array<std::uint8_t, kDigitHeight>, 10> kDigits{{{7, 5, 5, 5, 7},
@@ -108,7 +110,8 @@ void draw_overlay(const GreyPixels& image, std::span<const shaders::BlobRecord> 
     const std::int64_t x0 = std::int64_t{blob.x_min_px} - margin, x1 = std::int64_t{blob.x_max_px} + margin;
     const std::int64_t y0 = std::int64_t{blob.y_min_px} - margin, y1 = std::int64_t{blob.y_max_px} + margin;
     canvas.box(x0, y0, x1, y1, colour);
-    if (std::isfinite(blob.x_px) && std::isfinite(blob.y_px)) {
+    // Not for NaN and what cannot be a pixel: it would not fit an integer either.
+    if (std::abs(blob.x_px) < kFarthest && std::abs(blob.y_px) < kFarthest) {
       const std::int64_t x = std::lround(blob.x_px), y = std::lround(blob.y_px);
       for (std::int64_t arm = -2; arm <= 2; ++arm) {
         canvas.dot(x + arm, y, kCross);

@@ -87,7 +87,7 @@ void ReportRecorder::fill_trajectories(ReportData& data) const {
   std::map<TrackId, Walk> walks;
   for (std::uint64_t n = samples_seen_ - kept; n < samples_seen_; ++n) {
     const Sample& sample = samples_[n % samples_.size()];
-    const Eigen::Vector3d point(sample.x_m, sample.y_m, sample.z_m);
+    const Eigen::Vector3d point = Eigen::Vector3f(sample.x_m, sample.y_m, sample.z_m).cast<double>();
     if (sample.time_s < from_s || !point.allFinite()) continue;
     Walk& walk = walks[sample.id];
     auto& pieces = walk.trajectory.pieces_in_world;

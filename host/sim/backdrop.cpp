@@ -11,21 +11,22 @@
 namespace glint::sim {
 namespace {
 
-// Fixed pattern and stray light of a dark room: 8 to 14 grey in all, as on real recordings.
+// Fixed pattern: black level, stray light and this are 8 to 14 grey in all, as on real recordings.
 constexpr float kColumnPattern_grey = 0.4f, kPixelPattern_grey = 0.5f;
-constexpr double kStrayLight_grey = 4.0;  // most, in the middle of a wide glow
 
 }  // namespace
 
 NoiseModel::NoiseModel(const SimOptions& options)
     : black_grey(static_cast<float>(options.sensor.black_level_grey)),
-      grey_per_electron(static_cast<float>((255.0 - options.sensor.black_level_grey) / options.sensor.full_well_e)) {
+      grey_per_electron(
+          static_cast<float>((255.0 - options.sensor.black_level_grey) / options.sensor.full_well_e)) {
   const double read = options.sensor.read_noise_e * static_cast<double>(grey_per_electron);
   const double extra = options.faults.extra_noise_grey;
   dark_variance_grey2 = static_cast<float>(read * read + extra * extra);
 }
 
-Backdrop::Backdrop(const Scene& scene, std::uint32_t camera, const NoiseModel& noise, const NormalTable& normal)
+Backdrop::Backdrop(const Scene& scene, std::uint32_t camera, const NoiseModel& noise,
+                   const NormalTable& normal)
     : width_(scene.options().width_px),
       height_(scene.options().height_px),
       stripe_rows_((height_ + kStripes - 1) / kStripes),
@@ -35,13 +36,11 @@ Backdrop::Backdrop(const Scene& scene, std::uint32_t camera, const NoiseModel& n
   Random pattern(stream_seed(scene.options().seed, Stream::Pattern, camera));
   std::vector<float> column(width_);
   for (float& value : column) value = kColumnPattern_grey * normal.draw(pattern);
-  const double glow_x = pattern.uniform(0.0, width_), glow_y = pattern.uniform(0.0, height_);
+  const Glow& glow = scene.glow(camera);
   for (std::uint32_t y = 0; y < height_; ++y) {
     for (std::uint32_t x = 0; x < width_; ++x) {
-      const double dx = (x - glow_x) / width_, dy = (y - glow_y) / width_;
-      const auto glow = static_cast<float>(kStrayLight_grey / (1.0 + 6.0 * (dx * dx + dy * dy)));
-      mean[std::size_t{y} * width_ + x] =
-          noise.black_grey + glow + column[x] + kPixelPattern_grey * normal.draw(pattern);
+      mean[std::size_t{y} * width_ + x] = noise.black_grey + static_cast<float>(glow.grey_at(x, y)) +
+                                          column[x] + kPixelPattern_grey * normal.draw(pattern);
     }
   }
   paint_spots(scene, camera, mean);

@@ -30,9 +30,10 @@ inline std::uint8_t to_pixel(float grey) noexcept {
   return static_cast<std::uint8_t>(rounded < 0.0f ? 0.0f : (rounded > 255.0f ? 255.0f : rounded));
 }
 
-/// The scene of one camera without markers, and some frames of it with noise, rendered once. A live frame is put
-/// together from horizontal stripes of these; every kHoldTicks one stripe after the other is changed for another, so a
-/// frame buffer that is used again needs little copying. Where there is a marker, noise is drawn anew.
+/// The scene of one camera without markers, and some frames of it with noise, rendered once. A live frame is
+/// put together from horizontal stripes of these; every kHoldTicks one stripe after the other is changed for
+/// another, so a frame buffer that is used again needs little copying. Where there is a marker, noise is
+/// drawn anew.
 class Backdrop {
  public:
   static constexpr std::uint32_t kFrames = 4;
@@ -43,8 +44,8 @@ class Backdrop {
 
   /// Which noise frame a stripe of that tick's image shows.
   std::uint8_t frame_of(std::uint64_t tick, std::uint32_t stripe) const noexcept {
-    return static_cast<std::uint8_t>(stream_seed(seed_, Stream::DarkNoise, (tick + stripe) / kHoldTicks, stripe) %
-                                     kFrames);
+    return static_cast<std::uint8_t>(
+        stream_seed(seed_, Stream::DarkNoise, (tick + stripe) / kHoldTicks, stripe) % kFrames);
   }
   std::uint32_t stripe_rows() const noexcept { return stripe_rows_; }
   const std::uint8_t* row(std::uint8_t frame, std::uint32_t y) const noexcept {
@@ -52,7 +53,9 @@ class Backdrop {
   }
   /// Mean grey of a row's pixels, in units of kMeanStep.
   static constexpr float kMeanStep = 1.0f / 128.0f;
-  const std::uint16_t* mean_row(std::uint32_t y) const noexcept { return mean_.data() + std::size_t{y} * width_; }
+  const std::uint16_t* mean_row(std::uint32_t y) const noexcept {
+    return mean_.data() + std::size_t{y} * width_;
+  }
 
  private:
   void paint_spots(const Scene& scene, std::uint32_t camera, std::vector<float>& mean) const;

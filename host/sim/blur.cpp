@@ -23,14 +23,16 @@ double normal_cdf_integral(double x) {
 }  // namespace
 
 BlurKernel::BlurKernel(double sigma_px)
-    : reach_(static_cast<int>(std::ceil(4.0 * sigma_px + 0.5))), taps_(static_cast<unsigned>(2 * reach_ + 2)) {
+    : reach_(static_cast<int>(std::ceil(4.0 * sigma_px + 0.5))),
+      taps_(static_cast<unsigned>(2 * reach_ + 2)) {
   GLINT_CHECK(sigma_px > 0.0 && taps_ <= kMaxTaps);
   for (int phase = 0; phase <= kPhases; ++phase) {
     for (unsigned j = 0; j < taps_; ++j) {
       const double t = static_cast<int>(j) - reach_ - static_cast<double>(phase) / kPhases;
-      point_.push_back(static_cast<float>(normal_cdf((t + 0.5) / sigma_px) - normal_cdf((t - 0.5) / sigma_px)));
-      edge_.push_back(static_cast<float>(
-          sigma_px * (normal_cdf_integral((t + 0.5) / sigma_px) - normal_cdf_integral((t - 0.5) / sigma_px))));
+      point_.push_back(
+          static_cast<float>(normal_cdf((t + 0.5) / sigma_px) - normal_cdf((t - 0.5) / sigma_px)));
+      edge_.push_back(static_cast<float>(sigma_px * (normal_cdf_integral((t + 0.5) / sigma_px) -
+                                                     normal_cdf_integral((t - 0.5) / sigma_px))));
     }
   }
 }
@@ -46,6 +48,12 @@ int BlurKernel::respond(double position_px, float* point, float* edge) const noe
   if (edge != nullptr)
     for (unsigned j = 0; j < taps_; ++j) edge[j] = e[j] + far * (e[j + taps_] - e[j]);
   return static_cast<int>(whole);
+}
+
+Patch::Patch() {
+  constexpr std::size_t kSide_px = 64;
+  for (std::vector<float>* values : {&signal_, &by_x_, &by_y_}) values->reserve(kSide_px * kSide_px);
+  edge_row_.reserve(kSide_px);
 }
 
 void Patch::reset(int x_min_px, int y_min_px, int x_max_px, int y_max_px, bool with_gradient) {
@@ -71,7 +79,8 @@ void Patch::add_filled(const BlurKernel& kernel, std::span<const OutlinePoint> o
     const int x_first = kernel.respond(p.x_px, row_point, row_edge) - kernel.reach() - x_min_;
     const int y_first = kernel.respond(p.y_px, column_point, nullptr) - kernel.reach() - y_min_;
     // Left of the taps the edge response is 0, right of them 1.
-    const int x_begin = std::clamp(x_first, 0, width_), x_taps_end = std::clamp(x_first + taps, x_begin, width_);
+    const int x_begin = std::clamp(x_first, 0, width_),
+              x_taps_end = std::clamp(x_first + taps, x_begin, width_);
     for (int x = x_begin; x < x_taps_end; ++x) edge_row_[static_cast<std::size_t>(x)] = row_edge[x - x_first];
     for (int x = x_taps_end; x < width_; ++x) edge_row_[static_cast<std::size_t>(x)] = 1.0f;
     const auto dx = static_cast<float>(orientation * grey * p.dx_px);
@@ -81,7 +90,8 @@ void Patch::add_filled(const BlurKernel& kernel, std::span<const OutlinePoint> o
       const float weight = column_point[y - y_first];
       float* signal = signal_.data() + offset(y);
       const float signal_weight = weight * dy;
-      for (int x = x_begin; x < width_; ++x) signal[x] += signal_weight * edge_row_[static_cast<std::size_t>(x)];
+      for (int x = x_begin; x < width_; ++x)
+        signal[x] += signal_weight * edge_row_[static_cast<std::size_t>(x)];
       if (!gradient_) continue;
       float* by_x = by_x_.data() + offset(y);
       float* by_y = by_y_.data() + offset(y);

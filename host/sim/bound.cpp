@@ -11,18 +11,22 @@ namespace glint {
 
 PositionBound::PositionBound(const Scene& scene) : scene_(scene), noise_(scene.options()), painter_(scene) {}
 
-Eigen::Matrix2d PositionBound::information_px(const TickTruth& truth, std::uint32_t camera, std::uint32_t marker) {
+Eigen::Matrix2d PositionBound::information_px(const TickTruth& truth, std::uint32_t camera,
+                                              std::uint32_t marker) {
   constexpr float kRounding_grey2 = 1.0f / 12.0f, kClipped_grey = 254.5f;
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
   const sim::Patch* patch = painter_.paint(camera, truth.tick, marker, truth.views_of(camera), true);
   if (patch == nullptr) return information;
+  const sim::MarkerView& view = truth.views_of(camera)[marker];
+  const float dark =
+      noise_.black_grey + static_cast<float>(scene_.glow(camera).grey_at(view.x_px, view.y_px));
   float xx = 0.0f, xy = 0.0f, yy = 0.0f;
   for (int y = 0; y < patch->height_px(); ++y) {
     const float* light = patch->row(y);
     const float* by_x = patch->row_by_x(y);
     const float* by_y = patch->row_by_y(y);
     for (int x = 0; x < patch->width_px(); ++x) {
-      const float grey = noise_.black_grey + light[x];
+      const float grey = dark + light[x];
       const float weight =
           grey < kClipped_grey ? 1.0f / (noise_.variance_grey2(grey) + kRounding_grey2) : 0.0f;
       xx += by_x[x] * by_x[x] * weight;
@@ -30,7 +34,8 @@ Eigen::Matrix2d PositionBound::information_px(const TickTruth& truth, std::uint3
       yy += by_y[x] * by_y[x] * weight;
     }
   }
-  information << static_cast<double>(xx), static_cast<double>(xy), static_cast<double>(xy), static_cast<double>(yy);
+  information << static_cast<double>(xx), static_cast<double>(xy), static_cast<double>(xy),
+      static_cast<double>(yy);
   return information;
 }
 

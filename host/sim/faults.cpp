@@ -20,7 +20,8 @@ Fate alone(const SimOptions& options, std::uint32_t camera, std::uint64_t tick) 
   // A set is closed half a period after its exposure; what is less late than that still comes in time.
   const bool too_late = faults.late_s > 0.5 / options.rate_hz;
   if (too_late && happens(options, Stream::Late, faults.late_rate, camera, tick)) return Fate::Late;
-  if (tick > 0 && happens(options, Stream::Duplicate, faults.duplicate_rate, camera, tick)) return Fate::Duplicated;
+  if (tick > 0 && happens(options, Stream::Duplicate, faults.duplicate_rate, camera, tick))
+    return Fate::Duplicated;
   return Fate::Fine;
 }
 

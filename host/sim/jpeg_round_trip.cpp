@@ -17,7 +17,8 @@ JpegRoundTrip::JpegRoundTrip(std::uint32_t width_px, std::uint32_t height_px, in
       compressor_(tjInitCompress()),
       decompressor_(tjInitDecompress()),
       bytes_(tjBufSize(static_cast<int>(width_px), static_cast<int>(height_px), TJSAMP_GRAY)) {
-  if (!compressor_ || !decompressor_) throw Error("simulated rig: libjpeg-turbo cannot be started (out of memory?)");
+  if (!compressor_ || !decompressor_)
+    throw Error("simulated rig: libjpeg-turbo cannot be started (out of memory?)");
 }
 
 bool JpegRoundTrip::apply(std::uint8_t* pixels, std::uint32_t stride_bytes) noexcept {
@@ -25,8 +26,8 @@ bool JpegRoundTrip::apply(std::uint8_t* pixels, std::uint32_t stride_bytes) noex
   const int stride = static_cast<int>(stride_bytes);
   unsigned char* bytes = bytes_.data();
   unsigned long size = static_cast<unsigned long>(bytes_.size());
-  if (tjCompress2(compressor_.get(), pixels, width, stride, height, TJPF_GRAY, &bytes, &size, TJSAMP_GRAY, quality_,
-                  TJFLAG_NOREALLOC) != 0) {
+  if (tjCompress2(compressor_.get(), pixels, width, stride, height, TJPF_GRAY, &bytes, &size, TJSAMP_GRAY,
+                  quality_, TJFLAG_NOREALLOC) != 0) {
     return false;
   }
   return tjDecompress2(decompressor_.get(), bytes, size, pixels, width, stride, height, TJPF_GRAY, 0) == 0;

@@ -29,7 +29,8 @@ Flight::Flight(Range x, Range y, Range z, const Eigen::Vector3d& start, const Ei
   // Time until the ceiling, or until the top if that is lower.
   const double rest = up * up - 2.0 * kGravity_m_s2 * (z.high - z.low);
   rise_s_ = (up - std::sqrt(std::max(0.0, rest))) / kGravity_m_s2;
-  const double fall = std::max(0.0, up * up - 2.0 * kGravity_m_s2 * std::clamp(start.z() - z.low, 0.0, z.high - z.low));
+  const double fall =
+      std::max(0.0, up * up - 2.0 * kGravity_m_s2 * std::clamp(start.z() - z.low, 0.0, z.high - z.low));
   start_.z() = std::min(rise_s_, (up - std::sqrt(fall)) / kGravity_m_s2);
 }
 

@@ -11,7 +11,8 @@
 
 namespace glint::sim {
 
-/// Where markers may be: x and y within +-1.5 m, z between floor and ceiling. World: z up, origin on the floor.
+/// Where markers may be: x and y within +-1.5 m, z between floor and ceiling. World: z up, origin on the
+/// floor.
 struct Volume {
   double half_width_m = 1.5;
   double floor_m = 0.0;
@@ -24,8 +25,8 @@ struct MarkerState {
   Eigen::Vector3d position_in_world, velocity_in_world;
 };
 
-/// One ball. Walls, floor and ceiling reflect without loss, so position is a function of time that needs no history:
-/// a triangle wave across, repeated parabolas up and down. Balls pass through one another.
+/// One ball. Walls, floor and ceiling reflect without loss, so position is a function of time that needs no
+/// history: a triangle wave across, repeated parabolas up and down. Balls pass through one another.
 class Flight {
  public:
   /// Where the ball's centre turns back.
@@ -40,13 +41,14 @@ class Flight {
 
  private:
   Range x_, y_, z_;
-  Eigen::Vector3d start_;     // x, y in m; z: phase in s of the up-and-down period
-  Eigen::Vector3d speed_;     // x, y in m/s; z: upward at the floor
-  double rise_s_ = 0.0;       // from the floor to the ceiling or the top of the parabola; 0: hangs still
+  Eigen::Vector3d start_;  // x, y in m; z: phase in s of the up-and-down period
+  Eigen::Vector3d speed_;  // x, y in m/s; z: upward at the floor
+  double rise_s_ = 0.0;    // from the floor to the ceiling or the top of the parabola; 0: hangs still
   double still_z_m_ = 0.0;
 };
 
-/// The flights of all markers; top speeds between half of max_speed_m_s and max_speed_m_s, the first at the limit.
+/// The flights of all markers; top speeds between half of max_speed_m_s and max_speed_m_s, the first at the
+/// limit.
 std::vector<Flight> throw_markers(const SimOptions& options, const Volume& volume);
 
 }  // namespace glint::sim

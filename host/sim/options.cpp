@@ -38,7 +38,8 @@ void SimOptions::check(std::vector<std::string>& problems) const {
             "exposure_s must be above 0 and no longer than a frame period");
   p.require(bright_spots <= 1000, "bright_spots must be 0 to 1000");
   p.require(occluders <= 100, "occluders must be 0 to 100");
-  p.require(sensor.full_well_e >= 100.0 && sensor.full_well_e <= 1e6, "sensor.full_well_e must be 100 to 1e6");
+  p.require(sensor.full_well_e >= 100.0 && sensor.full_well_e <= 1e6,
+            "sensor.full_well_e must be 100 to 1e6");
   p.require(sensor.read_noise_e >= 0.0 && sensor.read_noise_e <= 1e4, "sensor.read_noise_e must be 0 to 1e4");
   p.require(sensor.black_level_grey >= 0.0 && sensor.black_level_grey <= 100.0,
             "sensor.black_level_grey must be 0 to 100");

@@ -11,10 +11,10 @@ namespace glint {
 
 /// Global-shutter sensor and lens blur. docs/simulated-rig.md says where each figure comes from.
 struct SimSensor {
-  double full_well_e = 6300.0;     ///< electrons between black and 255
-  double read_noise_e = 5.0;       ///< sd per pixel
-  double black_level_grey = 8.0;   ///< mean of a dark frame
-  double psf_sigma_px = 0.6;       ///< optical blur, Gaussian, before the pixel integrates over its square
+  double full_well_e = 6300.0;    ///< electrons between black and 255
+  double read_noise_e = 5.0;      ///< sd per pixel
+  double black_level_grey = 8.0;  ///< mean of a dark frame
+  double psf_sigma_px = 0.6;      ///< optical blur, Gaussian, before the pixel integrates over its square
 };
 
 /// A camera that is knocked: from `tick` on it is turned about its own y axis (down) by `angle_rad`; the
@@ -27,10 +27,10 @@ struct SimBump {
 
 /// Faults on request. Rates are per frame and camera.
 struct SimFaults {
-  double drop_rate = 0.0;       ///< the frame is exposed but never arrives; its sequence number is missing
-  double duplicate_rate = 0.0;  ///< the previous image comes again under its old sequence number
-  double late_rate = 0.0;       ///< the frame arrives `late_s` after its set
-  double late_s = 0.02;         ///< later than half a period: missing in its set
+  double drop_rate = 0.0;         ///< the frame is exposed but never arrives; its sequence number is missing
+  double duplicate_rate = 0.0;    ///< the previous image comes again under its old sequence number
+  double late_rate = 0.0;         ///< the frame arrives `late_s` after its set
+  double late_s = 0.02;           ///< later than half a period: missing in its set
   double extra_noise_grey = 0.0;  ///< sd of noise added to every pixel
   std::optional<SimBump> bump;
 };
@@ -39,7 +39,7 @@ struct SimOptions {
   std::uint32_t cameras = 4;  ///< 1..32; up to four stand on the corners, more on the circle through them
   std::uint32_t markers = 20;
   double rate_hz = 90.0;
-  double max_speed_m_s = 10.0;  ///< no marker is ever faster; 0: they hang still
+  double max_speed_m_s = 10.0;                     ///< no marker is ever faster; 0: they hang still
   std::uint32_t width_px = 1280, height_px = 800;  ///< OV9281; the field of view across stays the same
   double marker_radius_m = 0.0063;
   double exposure_s = 137e-6;  ///< brightness is in proportion

@@ -32,7 +32,8 @@ NormalTable::NormalTable() {
     upper[i] = x;
     sum_squares += x * x;
   }
-  const double scale = 1.0 / std::sqrt(sum_squares / kHalf);  // midpoints of equal slices lose a little variance
+  const double scale =
+      1.0 / std::sqrt(sum_squares / kHalf);  // midpoints of equal slices lose a little variance
   for (std::size_t i = 0; i < kHalf; ++i) {
     const auto value = static_cast<float>(std::round(upper[i] * scale * 4096.0) / 4096.0);
     values_[kHalf + i] = value;

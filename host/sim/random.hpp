@@ -17,7 +17,18 @@ constexpr std::uint64_t mix(std::uint64_t z) noexcept {
 }
 
 /// What a stream of random numbers is for, so that no two uses share one.
-enum class Stream : std::uint64_t { Rig = 1, Motion, Spots, Poles, Pattern, DarkNoise, FrameNoise, Drop, Duplicate, Late };
+enum class Stream : std::uint64_t {
+  Rig = 1,
+  Motion,
+  Spots,
+  Poles,
+  Pattern,
+  DarkNoise,
+  FrameNoise,
+  Drop,
+  Duplicate,
+  Late
+};
 
 /// Seed of one stream, from the run's seed and up to two indices (camera, tick).
 constexpr std::uint64_t stream_seed(std::uint64_t seed, Stream stream, std::uint64_t a = 0,
@@ -50,8 +61,8 @@ class Random {
   std::array<std::uint64_t, 4> state_{};
 };
 
-/// Standard normal numbers from a table of 4096 quantiles: mean 0 and variance 1 to 1e-4, tails cut at 3.7 sd. Entries
-/// are multiples of 2^-12, so that last-bit differences between maths libraries vanish.
+/// Standard normal numbers from a table of 4096 quantiles: mean 0 and variance 1 to 1e-4, tails cut at 3.7
+/// sd. Entries are multiples of 2^-12, so that last-bit differences between maths libraries vanish.
 class NormalTable {
  public:
   NormalTable();

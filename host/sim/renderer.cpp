@@ -10,7 +10,8 @@ namespace glint::sim {
 namespace {
 
 bool overlap(const PixelBox& a, const PixelBox& b) noexcept {
-  return a.x_min_px <= b.x_max_px && b.x_min_px <= a.x_max_px && a.y_min_px <= b.y_max_px && b.y_min_px <= a.y_max_px;
+  return a.x_min_px <= b.x_max_px && b.x_min_px <= a.x_max_px && a.y_min_px <= b.y_max_px &&
+         b.y_min_px <= a.y_max_px;
 }
 
 /// Twelve random bits at a time out of words of 64.
@@ -45,8 +46,8 @@ Renderer::Renderer(const Scene& scene)
   for (std::uint32_t c = 0; c < scene.cameras(); ++c) backdrops_.emplace_back(scene, c, noise_, normal_);
 }
 
-void Renderer::render(std::uint32_t camera, std::uint64_t tick, std::uint8_t* pixels, std::uint32_t stride_bytes,
-                      BufferMemory& memory) {
+void Renderer::render(std::uint32_t camera, std::uint64_t tick, std::uint8_t* pixels,
+                      std::uint32_t stride_bytes, BufferMemory& memory) {
   const Backdrop& backdrop = backdrops_[camera];
   restore(backdrop, tick, pixels, stride_bytes, memory);
   collect_light(camera, tick, memory.drawn);
@@ -69,8 +70,8 @@ void Renderer::render(std::uint32_t camera, std::uint64_t tick, std::uint8_t* pi
   }
 }
 
-void Renderer::restore(const Backdrop& backdrop, std::uint64_t tick, std::uint8_t* pixels, std::uint32_t stride_bytes,
-                       BufferMemory& memory) const {
+void Renderer::restore(const Backdrop& backdrop, std::uint64_t tick, std::uint8_t* pixels,
+                       std::uint32_t stride_bytes, BufferMemory& memory) const {
   const std::uint32_t width = scene_.options().width_px, height = scene_.options().height_px;
   std::array<bool, Backdrop::kStripes> changes{};
   for (std::uint32_t s = 0; s < Backdrop::kStripes; ++s) {
@@ -104,7 +105,8 @@ void Renderer::collect_light(std::uint32_t camera, std::uint64_t tick, std::vect
     const Patch* patch = painter_.paint(camera, tick, m, views_, false);
     if (patch == nullptr) continue;
     for (int y = 0; y < patch->height_px(); ++y) {
-      float* light = light_.data() + static_cast<std::size_t>(patch->y_min_px() + y) * width + patch->x_min_px();
+      float* light =
+          light_.data() + static_cast<std::size_t>(patch->y_min_px() + y) * width + patch->x_min_px();
       const float* row = patch->row(y);
       for (int x = 0; x < patch->width_px(); ++x) light[x] += row[x];
     }
@@ -122,8 +124,9 @@ void Renderer::merge_overlapping(std::vector<PixelBox>& boxes) const {
         ++j;
         continue;
       }
-      boxes[i] = {std::min(boxes[i].x_min_px, boxes[j].x_min_px), std::min(boxes[i].y_min_px, boxes[j].y_min_px),
-                  std::max(boxes[i].x_max_px, boxes[j].x_max_px), std::max(boxes[i].y_max_px, boxes[j].y_max_px)};
+      boxes[i] = {
+          std::min(boxes[i].x_min_px, boxes[j].x_min_px), std::min(boxes[i].y_min_px, boxes[j].y_min_px),
+          std::max(boxes[i].x_max_px, boxes[j].x_max_px), std::max(boxes[i].y_max_px, boxes[j].y_max_px)};
       boxes[j] = boxes.back();
       boxes.pop_back();
       j = i + 1;

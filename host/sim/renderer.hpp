@@ -30,8 +30,8 @@ class Renderer {
  public:
   explicit Renderer(const Scene& scene);
 
-  /// Draws height rows of `stride_bytes` at `pixels`. `memory` belongs to that buffer; a fresh one forces full drawing.
-  /// If something else wrote to the buffer in between, `memory` must be made anew.
+  /// Draws height rows of `stride_bytes` at `pixels`. `memory` belongs to that buffer; a fresh one forces
+  /// full drawing. If something else wrote to the buffer in between, `memory` must be made anew.
   void render(std::uint32_t camera, std::uint64_t tick, std::uint8_t* pixels, std::uint32_t stride_bytes,
               BufferMemory& memory);
 

@@ -15,17 +15,18 @@
 namespace glint {
 namespace {
 
-constexpr double kFrameMargin_px = 2.0;   // of blur that must stay inside the frame
-constexpr double kApart_px = 4.0;         // less, and a low threshold joins two blobs
-constexpr double kHiddenShare = 0.2;      // of a seen marker's disc
+constexpr double kFrameMargin_px = 2.0;  // of blur that must stay inside the frame
+constexpr double kApart_px = 4.0;        // less, and a low threshold joins two blobs
+constexpr double kHiddenShare = 0.2;     // of a seen marker's disc
 constexpr unsigned kDiscSamples = 64;
-constexpr unsigned kOutlinePoints = 16;   // its bounding box is within 2 % of the radius
+constexpr unsigned kOutlinePoints = 16;  // its bounding box is within 2 % of the radius
 
 /// Whether the vertical cylinder blocks the segment.
 bool blocks(const sim::Pole& pole, const Eigen::Vector3d& from, const Eigen::Vector3d& to) noexcept {
   const double dx = to.x() - from.x(), dy = to.y() - from.y();
   const double fx = from.x() - pole.x_m, fy = from.y() - pole.y_m;
-  const double a = dx * dx + dy * dy, b = fx * dx + fy * dy, c = fx * fx + fy * fy - pole.radius_m * pole.radius_m;
+  const double a = dx * dx + dy * dy, b = fx * dx + fy * dy,
+               c = fx * fx + fy * fy - pole.radius_m * pole.radius_m;
   const double discriminant = b * b - a * c;
   if (discriminant <= 0.0 || a <= 0.0) return false;
   const double root = std::sqrt(discriminant);
@@ -47,6 +48,12 @@ std::vector<sim::BrightSpot> place_spots(const SimOptions& options, std::uint32_
     spots.push_back(spot);
   }
   return spots;
+}
+
+sim::Glow place_glow(const SimOptions& options, std::uint32_t camera) {
+  sim::Random random(sim::stream_seed(options.seed, sim::Stream::Spots, camera, 1));
+  const double x = random.uniform(0.0, options.width_px), y = random.uniform(0.0, options.height_px);
+  return {x, y, static_cast<double>(options.width_px)};
 }
 
 std::vector<sim::Pole> place_poles(const SimOptions& options, const sim::Volume& volume) {
@@ -76,6 +83,7 @@ Scene::Scene(const SimOptions& options) : options_(options) {
   for (std::uint32_t c = 0; c < options.cameras; ++c) {
     cameras_.emplace_back(calibration_.cameras[c]);
     spots_.push_back(place_spots(options, c));
+    glows_.push_back(place_glow(options, c));
   }
   if (options.faults.bump) {
     bumped_.push_back(cameras_[options.faults.bump->camera].turned(options.faults.bump->angle_rad));
@@ -157,21 +165,25 @@ Eigen::Vector3d Scene::disc_point(const Disc& disc, unsigned i, unsigned count) 
 }
 
 bool Scene::hidden(const sim::SimCamera& from, std::uint32_t marker, double time_s,
-                   std::span<const sim::MarkerView> views, const Eigen::Vector3d& point_in_camera) const noexcept {
+                   std::span<const sim::MarkerView> views,
+                   const Eigen::Vector3d& point_in_camera) const noexcept {
   const double own_distance = views[marker].distance_m;
   const Eigen::Vector3d ray = point_in_camera.normalized();
   for (std::uint32_t m = 0; m < options_.markers; ++m) {
     const sim::MarkerView& other = views[m];
     if (m == marker || !other.imaged || other.distance_m >= own_distance) continue;
     const double reach = views[marker].radius_px + other.radius_px + 1.0;
-    if (std::abs(views[marker].x_px - other.x_px) > reach || std::abs(views[marker].y_px - other.y_px) > reach) continue;
+    if (std::abs(views[marker].x_px - other.x_px) > reach ||
+        std::abs(views[marker].y_px - other.y_px) > reach)
+      continue;
     const Eigen::Vector3d centre = from.in_camera(this->marker(m, time_s).position_in_world);
     if (centre.cross(ray).squaredNorm() < options_.marker_radius_m * options_.marker_radius_m) return true;
   }
   if (poles_.empty()) return false;
   const Eigen::Vector3d eye = from.position_in_world();
   const Eigen::Vector3d point = eye + from.camera_from_world_rotation().transpose() * point_in_camera;
-  return std::any_of(poles_.begin(), poles_.end(), [&](const sim::Pole& pole) { return blocks(pole, eye, point); });
+  return std::any_of(poles_.begin(), poles_.end(),
+                     [&](const sim::Pole& pole) { return blocks(pole, eye, point); });
 }
 
 void Scene::truth(std::uint64_t tick, TickTruth& truth) const {
@@ -198,9 +210,8 @@ void Scene::truth(std::uint64_t tick, TickTruth& truth) const {
       if (top < kFrameMargin_px || bottom > options_.height_px - 1.0 - kFrameMargin_px) continue;
       if (may_be_hidden(c, tick, m, views)) {
         unsigned lost = 0;
-        sample_disc(c, tick, m, time_s, views, kDiscSamples, [&](const Eigen::Vector3d&, bool is_hidden) {
-          lost += is_hidden ? 1u : 0u;
-        });
+        sample_disc(c, tick, m, time_s, views, kDiscSamples,
+                    [&](const Eigen::Vector3d&, bool is_hidden) { lost += is_hidden ? 1u : 0u; });
         if (lost > kHiddenShare * kDiscSamples) continue;
       }
       truth.markers[m].visible |= bit;
@@ -217,7 +228,8 @@ void Scene::truth(std::uint64_t tick, TickTruth& truth) const {
       for (std::uint32_t n = 0; n < options_.markers && alone; ++n) {
         alone = n == m || !views[n].imaged || !touches(views[n].x_px, views[n].y_px, views[n].radius_px);
       }
-      for (const sim::BrightSpot& spot : spots_[c]) alone = alone && !touches(spot.x_px, spot.y_px, spot.radius_px);
+      for (const sim::BrightSpot& spot : spots_[c])
+        alone = alone && !touches(spot.x_px, spot.y_px, spot.radius_px);
       if (alone) truth.markers[m].clean |= bit;
     }
   }

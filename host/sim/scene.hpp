@@ -22,9 +22,9 @@ namespace sim {
 struct MarkerView {
   bool imaged = false;  ///< in front of the camera and within the lens model; the rest is valid only then
   double distance_m = 0.0;
-  double x_px = 0.0, y_px = 0.0;            ///< middle of the bounding box
+  double x_px = 0.0, y_px = 0.0;                     ///< middle of the bounding box
   double half_width_px = 0.0, half_height_px = 0.0;  ///< of the outline and its motion
-  double radius_px = 0.0;                   ///< larger of the two
+  double radius_px = 0.0;                            ///< larger of the two
 };
 
 }  // namespace sim
@@ -33,10 +33,11 @@ struct MarkerView {
 struct MarkerTruth {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_in_world = Eigen::Vector3d::Zero();
-  /// Its whole image, motion included, is at least 2 px inside the frame, and nothing hides more than 20 % of it.
+  /// Its whole image, motion included, is at least 2 px inside the frame, and nothing hides more than 20 % of
+  /// it.
   std::uint32_t visible = 0;
-  /// Visible, the frame arrived in its set, and its blob stands alone: 4 px or more between its outline and that of any
-  /// other visible marker and of any static bright spot. This is "seen".
+  /// Visible, the frame arrived in its set, and its blob stands alone: 4 px or more between its outline and
+  /// that of any other visible marker and of any static bright spot. This is "seen".
   std::uint32_t clean = 0;
 };
 
@@ -58,6 +59,16 @@ struct BrightSpot {
   double x_px = 0.0, y_px = 0.0, radius_px = 0.0, grey = 0.0;
 };
 
+/// Stray ambient light: a wide glow around one place of the image.
+struct Glow {
+  double x_px = 0.0, y_px = 0.0, width_px = 1.0;
+  double grey_at(double at_x_px, double at_y_px) const noexcept {
+    constexpr double kMost_grey = 4.0;  // with the black level of 8 that is 8 to 12 grey, as in a dark room
+    const double dx = (at_x_px - x_px) / width_px, dy = (at_y_px - y_px) / width_px;
+    return kMost_grey / (1.0 + 6.0 * (dx * dx + dy * dy));
+  }
+};
+
 /// A dark vertical cylinder that stands on the floor.
 struct Pole {
   double x_m = 0.0, y_m = 0.0, radius_m = 0.0, height_m = 0.0;
@@ -77,14 +88,19 @@ class Scene {
   std::uint32_t cameras() const noexcept { return options_.cameras; }
   std::uint32_t markers() const noexcept { return options_.markers; }
 
-  double mid_exposure_s(std::uint64_t tick) const noexcept { return static_cast<double>(tick) / options_.rate_hz; }
-  sim::MarkerState marker(std::uint32_t marker, double time_s) const noexcept { return flights_[marker].at(time_s); }
+  double mid_exposure_s(std::uint64_t tick) const noexcept {
+    return static_cast<double>(tick) / options_.rate_hz;
+  }
+  sim::MarkerState marker(std::uint32_t marker, double time_s) const noexcept {
+    return flights_[marker].at(time_s);
+  }
   /// Replaces `truth`; allocates only the first time.
   void truth(std::uint64_t tick, TickTruth& truth) const;
 
   /// The camera as it really stands at that tick.
   const sim::SimCamera& camera(std::uint32_t camera, std::uint64_t tick) const noexcept;
   std::span<const sim::BrightSpot> spots(std::uint32_t camera) const noexcept { return spots_[camera]; }
+  const sim::Glow& glow(std::uint32_t camera) const noexcept { return glows_[camera]; }
   std::span<const sim::Pole> poles() const noexcept { return poles_; }
   /// Views of all markers in one camera; `views` has one place per marker.
   void views(std::uint32_t camera, std::uint64_t tick, std::span<sim::MarkerView> views) const noexcept;
@@ -119,6 +135,7 @@ class Scene {
   std::vector<sim::SimCamera> cameras_;
   std::vector<sim::SimCamera> bumped_;  // none or one
   std::vector<std::vector<sim::BrightSpot>> spots_;
+  std::vector<sim::Glow> glows_;
   std::vector<sim::Pole> poles_;
 };
 

@@ -38,7 +38,11 @@ double Score::Histogram::median() const noexcept {
 }
 
 Score::Score(const Scene& scene, const ScoreOptions& options)
-    : scene_(scene), options_(options), bound_(scene), point_of_marker_(scene.markers()), last_id_(scene.markers()) {
+    : scene_(scene),
+      options_(options),
+      bound_(scene),
+      point_of_marker_(scene.markers()),
+      last_id_(scene.markers()) {
   pairs_.reserve(std::size_t{4} * scene.markers());
   marker_of_point_.reserve(std::size_t{4} * scene.markers());
 }
@@ -73,10 +77,12 @@ void Score::assign(std::span<const ScoredPoint> points) {
   for (std::uint32_t p = 0; p < points.size(); ++p) {
     for (std::uint32_t m = 0; m < truth_.markers.size(); ++m) {
       const double distance = (points[p].position_in_world - truth_.markers[m].position_in_world).norm();
-      if (distance < options_.gate_m) pairs_.push_back({distance, p, m});  // false for a point that is not a number
+      if (distance < options_.gate_m)
+        pairs_.push_back({distance, p, m});  // false for a point that is not a number
     }
   }
-  std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) { return a.distance_m < b.distance_m; });
+  std::sort(pairs_.begin(), pairs_.end(),
+            [](const Pair& a, const Pair& b) { return a.distance_m < b.distance_m; });
   for (const Pair& pair : pairs_) {
     std::int32_t& marker = marker_of_point_[pair.point];
     if (marker >= 0) continue;

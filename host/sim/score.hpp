@@ -22,29 +22,31 @@ struct ScoredPoint {
 };
 
 struct ScoreOptions {
-  double gate_m = 0.01;          ///< a point farther than this from every marker is a ghost
-  std::uint64_t bound_every = 8; ///< ticks; the Cramer-Rao bound costs as much as rendering
+  double gate_m = 0.01;           ///< a point farther than this from every marker is a ghost
+  std::uint64_t bound_every = 8;  ///< ticks; the Cramer-Rao bound costs as much as rendering
 };
 
 /// Ratios are 0 where nothing was counted.
 struct ScoreResult {
   std::uint64_t ticks = 0, points = 0;
   std::uint64_t expected = 0, found = 0;  ///< markers clean in at least two cameras; those with a point
-  std::uint64_t expected_visible = 0, found_visible = 0;  ///< the same for visible in two delivered frames, merged or not
-  std::uint64_t ghosts = 0;               ///< points with no marker within the gate
-  std::uint64_t doubled = 0;              ///< points within the gate of a marker that has a nearer point already
-  std::uint64_t id_switches = 0;          ///< a marker's point has another id than its last one
+  std::uint64_t expected_visible = 0,
+                found_visible = 0;  ///< the same for visible in two delivered frames, merged or not
+  std::uint64_t ghosts = 0;         ///< points with no marker within the gate
+  std::uint64_t doubled = 0;        ///< points within the gate of a marker that has a nearer point already
+  std::uint64_t id_switches = 0;    ///< a marker's point has another id than its last one
   double recall = 0.0, recall_visible = 0.0, ghost_rate = 0.0;
-  double rms_m = 0.0, max_m = 0.0;        ///< 3D error of all points that were given a marker
+  double rms_m = 0.0, max_m = 0.0;  ///< 3D error of all points that were given a marker
   double median_m = 0.0;
-  double rms_clean_m = 0.0;               ///< only markers clean in every camera that the point used
-  /// Of the clean points at the ticks where the bound was computed: its root mean square, the ratio of the points' RMS
-  /// error to it, and the median error over bound, divided by what it would be for normal errors at the bound.
+  double rms_clean_m = 0.0;  ///< only markers clean in every camera that the point used
+  /// Of the clean points at the ticks where the bound was computed: its root mean square, the ratio of the
+  /// points' RMS error to it, and the median error over bound, divided by what it would be for normal errors
+  /// at the bound.
   double bound_rms_m = 0.0, ratio = 0.0, median_ratio = 0.0;
 };
 
-/// Assigns each tick's points to markers, nearest pair first. Thread-bound; no allocation once the largest tick was
-/// seen.
+/// Assigns each tick's points to markers, nearest pair first. Thread-bound; no allocation once the largest
+/// tick was seen.
 class Score {
  public:
   /// `scene` must outlive the score. Points are wanted for every tick of the run, in order.

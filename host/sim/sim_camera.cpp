@@ -8,8 +8,8 @@
 namespace glint::sim {
 namespace {
 
-/// Largest radius up to which d(distorted radius)/d(radius) stays above a tenth: a real lens never folds its image
-/// back, the polynomial does.
+/// Largest radius up to which d(distorted radius)/d(radius) stays above a tenth: a real lens never folds its
+/// image back, the polynomial does.
 double monotonic_radius(const std::array<double, 5>& k) {
   constexpr double kStep = 0.005, kLargest = 4.0, kLeastSlope = 0.1;
   double r = 0.0;
@@ -23,8 +23,8 @@ double monotonic_radius(const std::array<double, 5>& k) {
 }  // namespace
 
 OutlineMoments moments(std::span<const OutlinePoint> outline) noexcept {
-  // Green's theorem; the trapezoidal rule over a smooth closed curve converges faster than any power. Taken about the
-  // first point, or the products would lose digits.
+  // Green's theorem; the trapezoidal rule over a smooth closed curve converges faster than any power. Taken
+  // about the first point, or the products would lose digits.
   OutlineMoments result;
   if (outline.empty()) return result;
   const double x0 = outline[0].x_px, y0 = outline[0].y_px;

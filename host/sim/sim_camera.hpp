@@ -10,7 +10,8 @@
 
 namespace glint::sim {
 
-/// A point of a closed outline in the distorted image and its derivative by the outline's parameter, times the step.
+/// A point of a closed outline in the distorted image and its derivative by the outline's parameter, times
+/// the step.
 struct OutlinePoint {
   double x_px = 0.0, y_px = 0.0;
   double dx_px = 0.0, dy_px = 0.0;
@@ -37,8 +38,8 @@ class SimCamera {
   Eigen::Vector3d in_camera(const Eigen::Vector3d& point_in_world) const noexcept {
     return rotation_ * (point_in_world - position_in_world_);
   }
-  /// Whether the lens can image that direction: in front, and before the distortion model folds over, with room for a
-  /// ball around it.
+  /// Whether the lens can image that direction: in front, and before the distortion model folds over, with
+  /// room for a ball around it.
   bool images(const Eigen::Vector3d& point_in_camera, double radius_m) const noexcept;
   /// Distorted pixel of a point that images(); `by_camera`, if given, receives its derivative.
   Eigen::Vector2d project(const Eigen::Vector3d& point_in_camera,

@@ -74,7 +74,8 @@ ReadStatus SimSource::read(FramePool& pool, FrameSet& set) noexcept {
 
 SimSource::Buffer& SimSource::buffer_at(std::uint32_t camera, const std::uint8_t* pixels) {
   std::vector<Buffer>& known = buffers_[camera];
-  const auto found = std::find_if(known.begin(), known.end(), [&](const Buffer& b) { return b.pixels == pixels; });
+  const auto found =
+      std::find_if(known.begin(), known.end(), [&](const Buffer& b) { return b.pixels == pixels; });
   if (found != known.end()) return *found;
   if (known.size() >= kBuffersPerCamera) known.erase(known.begin());  // of a pool that is long gone
   Buffer& fresh = known.emplace_back();

@@ -20,8 +20,9 @@ struct SimSourceOptions {
   std::uint64_t ticks = 0;  ///< sets before the end; 0: endless
 };
 
-/// Renders set after set: tick n is TriggerNo n, exposed at start + n / rate. A dropped or late frame is missing in its
-/// set and counted; a duplicated frame is delivered with the sequence number of the frame before, and counted.
+/// Renders set after set: tick n is TriggerNo n, exposed at start + n / rate. A dropped or late frame is
+/// missing in its set and counted; a duplicated frame is delivered with the sequence number of the frame
+/// before, and counted.
 class SimSource final : public FrameSource {
  public:
   /// `scene` must outlive the source. Throws Error.

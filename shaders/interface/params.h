@@ -53,9 +53,10 @@ struct CameraParams {
 struct CameraCounters {
   uint tiles;       // candidate tiles listed
   uint extra;       // slots used beyond one per tile
+  uint roots;       // components, listed for the last step
   uint blobs;       // blobs that passed the area filter
   uint flags;       // kCounter... bits
-  uint padding[28];
+  uint padding[27];
 };
 
 // Not every component could be stored: some blobs are missing or cut.

@@ -10,7 +10,12 @@ float quotient(uvec2 sum, uint weight, out int whole) {
 
 uvec2 wide_sum(uint field, uint slot) { return uvec2(sums[sum_index(field, slot)], sums[sum_index(field + kHigh, slot)]); }
 
-void emit_root(uint camera, uint slot, uint tile, uint area) {
+// Root number i of the camera.
+void emit_blob(uint camera, uint i) {
+  uint slot = roots[cameras[camera].slot_base + i];
+  uint tile = links[slot].w;
+  uint area = sums[sum_index(kArea, slot)];
+  if (area < max(min_area_px, 1u) || area > max_area_px) return;
   uint weight = sums[sum_index(kWeight, slot)];
   uvec2 sx = wide_sum(kX, slot), sy = wide_sum(kY, slot);
   int kx, ky;
@@ -47,16 +52,7 @@ void emit_root(uint camera, uint slot, uint tile, uint area) {
   }
 }
 
-void emit_blobs(uint camera, uint i) {
+void clear_tile(uint camera, uint i) {
   uint tile_base = cameras[camera].tile_base;
-  uint slot_base = cameras[camera].slot_base;
   tile_map[tile_base + tile_list[tile_base + i]] = 0u;
-  uint mine = i + 1u;
-  while (mine != 0u) {
-    uint slot = slot_base + mine - 1u;
-    uvec4 link = links[slot];
-    uint area = sums[sum_index(kArea, slot)];
-    if (parents[slot] == slot && area >= max(min_area_px, 1u) && area <= max_area_px) emit_root(camera, slot, link.w, area);
-    mine = link.z;
-  }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Step 3: add the sums of every component that is not a root to its root, moved to the root's tile.
+// Step 3: add the sums of every component that is not a root to its root, moved to the root's tile; list the roots.
 
 void add_wide(uint field, uint root, uvec2 value) {
   uint before = atomicAdd(sums[sum_index(field, root)], value.x);
@@ -41,7 +41,11 @@ void sum_into_roots(uint camera, uint i) {
     uint slot = slot_base + mine - 1u;
     uvec4 link = links[slot];
     uint root = find_root(slot, camera);
-    if (root != slot) add_to_root(slot, root, link.w, links[root].w);
+    if (root != slot) {
+      add_to_root(slot, root, link.w, links[root].w);
+    } else {
+      roots[slot_base + atomicAdd(counters[camera].roots, 1u)] = slot;
+    }
     mine = link.z;
   }
 }

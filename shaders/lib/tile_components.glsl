@@ -15,6 +15,26 @@ uvec4 bright_pixels(uint frame, uint stride, uint limit, uint limit_stride) {
   return tile;
 }
 
+struct RowSums {
+  uint grey, weight, x, x2, peak;
+};
+
+// Adds four pixels, of which `bits` are in the component and the first stands in column x.
+void add_word(inout RowSums row, uint bits, uint values, uint bounds, uint x) {
+  uint mask = bits_to_bytes(bits & 15u);
+  uint value = values & mask;
+  uint w = value - (bounds & mask);  // no borrow: value > limit in every masked byte
+  uint v0 = value & 255u, v1 = (value >> 8) & 255u, v2 = (value >> 16) & 255u, v3 = value >> 24;
+  uint w0 = w & 255u, w1 = (w >> 8) & 255u, w2 = (w >> 16) & 255u, w3 = w >> 24;
+  uint s0 = w0 + w1 + w2 + w3;
+  uint s1 = w1 + 2u * w2 + 3u * w3;
+  row.grey += v0 + v1 + v2 + v3;
+  row.peak = max(max(row.peak, max(v0, v1)), max(v2, v3));
+  row.weight += s0;
+  row.x += x * s0 + s1;
+  row.x2 += x * x * s0 + 2u * x * s1 + w1 + 4u * w2 + 9u * w3;
+}
+
 void sum_component(uint slot, uvec4 component, uint frame, uint stride, uint limit, uint limit_stride, ivec2 origin) {
   uint area = 0u, grey = 0u, weight = 0u, peak = 0u, x1 = 0u, y1 = 0u, x2 = 0u, xy = 0u, y2 = 0u;
   uint columns = 0u, rows = 0u;
@@ -25,29 +45,19 @@ void sum_component(uint slot, uvec4 component, uint frame, uint stride, uint lim
     area += uint(bitCount(bits));
     uvec4 values = texelFetch(frames, int(frame + row * stride));
     uvec4 bounds = texelFetch(limits, int(limit + row * limit_stride));
-    uint row_weight = 0u, row_x = 0u, row_x2 = 0u;
-    for (uint word = 0u; word < 4u; word++) {
-      uint mask = bits_to_bytes((bits >> (word * 4u)) & 15u);
-      uint value = values[word] & mask;
-      uint w = value - (bounds[word] & mask);  // no borrow: value > limit in every masked byte
-      uint v0 = value & 255u, v1 = (value >> 8) & 255u, v2 = (value >> 16) & 255u, v3 = value >> 24;
-      grey += v0 + v1 + v2 + v3;
-      peak = max(max(peak, max(v0, v1)), max(v2, v3));
-      uint w0 = w & 255u, w1 = (w >> 8) & 255u, w2 = (w >> 16) & 255u, w3 = w >> 24;
-      uint s0 = w0 + w1 + w2 + w3;
-      uint s1 = w1 + 2u * w2 + 3u * w3;
-      uint s2 = w1 + 4u * w2 + 9u * w3;
-      uint x = word * 4u;
-      row_weight += s0;
-      row_x += x * s0 + s1;
-      row_x2 += x * x * s0 + 2u * x * s1 + s2;
-    }
-    weight += row_weight;
-    x1 += row_x;
-    x2 += row_x2;
-    y1 += row * row_weight;
-    xy += row * row_x;
-    y2 += row * row * row_weight;
+    RowSums r = RowSums(0u, 0u, 0u, 0u, 0u);
+    add_word(r, bits, values.x, bounds.x, 0u);
+    add_word(r, bits >> 4, values.y, bounds.y, 4u);
+    add_word(r, bits >> 8, values.z, bounds.z, 8u);
+    add_word(r, bits >> 12, values.w, bounds.w, 12u);
+    grey += r.grey;
+    peak = max(peak, r.peak);
+    weight += r.weight;
+    x1 += r.x;
+    x2 += r.x2;
+    y1 += row * r.weight;
+    xy += row * r.x;
+    y2 += row * row * r.weight;
   }
   sums[sum_index(kArea, slot)] = area;
   sums[sum_index(kGreySum, slot)] = grey;

@@ -5,13 +5,14 @@
 const uint kLongestChain = 16384u;
 
 #if GLINT_STEP == 0 || GLINT_STEP == 2
-// Halves the path on the way.
+// Halves the path on the way. A plain store will do: it may undo somebody's link of `slot`, who then sees that `slot` was
+// no root and joins its old parent instead.
 uint find_root(uint slot, uint camera) {
   uint turns = 0u;
   uint parent = parents[slot];
   while (parent != slot && turns < kLongestChain) {
     uint grandparent = parents[parent];
-    if (grandparent != parent) atomicMin(parents[slot], grandparent);
+    if (grandparent != parent) parents_out[slot] = grandparent;
     slot = parent;
     parent = grandparent;
     turns++;

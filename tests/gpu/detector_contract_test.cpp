@@ -30,11 +30,16 @@ TEST_P(DetectorContract, TooManyBlobsAreCountedAndFlagged) {
   set_limits(*detector, images);
   const BlobBatch batch = detect(*detector, memory.views());
   constexpr std::uint32_t kFound[] = {101 * 51, 10 * 11, 100};
-  constexpr bool kOverflow[] = {true, true, false};
   for (std::size_t i = 0; i < images.size(); ++i) {
-    EXPECT_EQ(batch.cameras[i].found, kFound[i]) << i;
-    EXPECT_EQ(batch.cameras[i].overflow, kOverflow[i]) << i;
-    ASSERT_EQ(batch.cameras[i].blobs.size(), 100u) << i;
+    const CameraBlobs& camera = batch.cameras[i];
+    EXPECT_EQ(camera.overflow, kFound[i] > 100) << i;
+    EXPECT_EQ(camera.blobs.size(), 100u) << i;
+    if (GetParam().on_gpu()) {  // with overflow a lower bound
+      EXPECT_GE(camera.found, 100u) << i;
+      EXPECT_LE(camera.found, kFound[i]) << i;
+    } else {
+      EXPECT_EQ(camera.found, kFound[i]) << i;
+    }
     for (const BlobRecord& blob : batch.cameras[i].blobs) {
       ASSERT_EQ(blob.area_px, 1u);
       ASSERT_EQ(blob.x_min_px % 2 + blob.y_min_px % 2, 0u);
@@ -235,7 +240,7 @@ TEST_P(DetectorContract, LabelsAsScipyDoes) {
   const char* data = std::getenv("GLINT_TEST_DATA");
   const std::filesystem::path folder = std::filesystem::path(data == nullptr ? "" : data) / "scipy-label-vectors";
   if (data == nullptr || !std::filesystem::exists(folder)) GTEST_SKIP() << "SKIPPED: GLINT_TEST_DATA is not set";
-  constexpr std::size_t kSide = 7, kBlock = kSide * kSide, kStructures = 14, kFull = 8;
+  constexpr std::uint32_t kSide = 7, kBlock = kSide * kSide, kStructures = 14, kFull = 8;
   const auto read = [&](const char* name) {
     std::ifstream file(folder / name);
     std::vector<int> numbers;

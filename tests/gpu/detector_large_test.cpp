@@ -40,7 +40,7 @@ TEST_P(LargeImages, AllWhite) {
 TEST_P(LargeImages, Noise) {
   DetectorOptions options;
   options.min_area_px = 60;  // so that all that pass have room
-  expect_equal_to_reference(GetParam(), std::vector<TestImage>{noise_image(4096, 3072, 0.3, 1)}, options);
+  expect_equal_to_reference(GetParam(), std::vector<TestImage>{noise_image(4096, 3072, 0.4, 1)}, options);
 }
 
 TEST_P(LargeImages, Spots) {

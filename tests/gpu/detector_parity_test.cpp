@@ -21,7 +21,7 @@ class DetectorParity : public ::testing::TestWithParam<DetectorCase> {};
 /// Room for every blob that these images can have.
 DetectorOptions roomy() {
   DetectorOptions options;
-  options.max_blobs_per_camera = 20000;
+  options.max_blobs_per_camera = 32768;
   return options;
 }
 

@@ -26,11 +26,7 @@ if [ "${1:-}" = --fix ]; then
   files | xargs "$tool" -i
   exit 0
 fi
-bad=0
-for file in $(files); do
-  if ! "$tool" --dry-run -Werror "$file" >/dev/null 2>&1; then
-    echo "$file:1: not as clang-format leaves it; run tests/layout/check_format.sh --fix"
-    bad=1
-  fi
-done
-exit $bad
+bad=$(files | xargs "$tool" --dry-run -Werror 2>&1 | sed -n 's/^\([^:]*:[0-9]*\):.*error:.*/\1/p' | sort -u -t : -k 1,1)
+[ -n "$bad" ] || exit 0
+echo "$bad" | sed 's|$|: not as clang-format leaves it; run tests/layout/check_format.sh --fix|'
+exit 1

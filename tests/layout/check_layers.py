@@ -8,7 +8,8 @@ import os
 import re
 import sys
 
-# Which module may include which, besides itself; every host module may also include host/base.
+# Which module may include which, besides itself; every host module may also include host/base. A row is as
+# tight as the module allows today: adding a word to it is a decision, not a repair.
 TABLE = {
     "shaders/interface": [],
     "gpu": ["shaders/interface"],
@@ -21,8 +22,7 @@ TABLE = {
     "host/track": ["host/geometry", "host/match"],
     "host/output": ["host/geometry", "host/track", "host/match", "shaders/interface"],
     "host/config": ["gpu", "host/match", "host/track", "host/geometry"],
-    "host/pipeline": ["gpu", "shaders/interface", "host/frames", "host/geometry", "host/capture", "host/sim",
-                      "host/match", "host/track", "host/output", "host/config"],
+    "host/pipeline": ["gpu", "host/frames", "host/geometry", "host/capture", "host/match", "host/track"],
 }
 for _module, _row in TABLE.items():
     if _module.startswith("host/") and _module != "host/base":
@@ -127,7 +127,8 @@ def check_includes(path, includes, files):
             continue
         other = module_of(full)
         if other is None or full not in files:
-            if full.startswith("shaders/") and full.endswith(".spv.h") and path.startswith("gpu/vulkan/"):
+            spirv = full.startswith("shaders/") and full.endswith(".spv.h") and path.startswith("gpu/vulkan/")
+            if spirv or full + ".in" in files:
                 continue  # made by the build
             if other is not None or "/" not in full:
                 yield path, line, f'no such file: "{full}"; includes are paths in the repository'

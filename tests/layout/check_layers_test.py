@@ -22,7 +22,8 @@ GOOD = {
     "host/geometry/CMakeLists.txt": "# SPDX-License-Identifier: MIT\n"
                                     "glint_module(glint_geometry SOURCES pose.cpp\n"
                                     "  DEPENDS glint_base glint_gpu Eigen3::Eigen)\n",
-    "host/apps/main.cpp": SPDX + '#include <CLI/CLI.hpp>\n#include "gpu/detector.hpp"\n',
+    "host/apps/version.hpp.in": "",
+    "host/apps/main.cpp": SPDX + '#include <CLI/CLI.hpp>\n#include "gpu/detector.hpp"\n#include "host/apps/version.hpp"\n',
     "tests/unit/pose_test.cpp": SPDX + '#include <gtest/gtest.h>\n#include "host/geometry/pose.hpp"\n',
     "build/dev/junk.cpp": "no rules here\n",
 }

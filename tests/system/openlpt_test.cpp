@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "host/match/matcher.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace glint {
 namespace {
@@ -137,12 +137,9 @@ MatchOptions options_for(double sigma_px, double gate_px) {
 class Openlpt : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* root = std::getenv("GLINT_TEST_DATA");
-    if (root != nullptr) folder_ = std::filesystem::path(root) / "openlpt-4cam-stereomatch";
-    if (folder_.empty() || !std::filesystem::exists(folder_)) {
-      std::puts("SKIPPED: GLINT_TEST_DATA does not name a folder with openlpt-4cam-stereomatch");
-      GTEST_SKIP();
-    }
+    const auto folder = test::test_data("openlpt-4cam-stereomatch");
+    if (!folder) GTEST_SKIP();
+    folder_ = *folder;
   }
   std::filesystem::path folder_;
 };

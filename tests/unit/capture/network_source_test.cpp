@@ -63,7 +63,7 @@ TEST(NetworkSource, TwoCamerasGiveFramesOfTheirOwn) {
 }
 
 TEST(NetworkSource, TheNewestImageWinsAndTheOthersAreCounted) {
-  const MjpegServer server(jpegs({32, 32}, {50}), {.period = 5ms});
+  const MjpegServer server(jpegs({160, 120}, {50}), {.period = 5ms});
   const auto source = open_image_source(server.address(), {});
   FramePool pool(test::sizes_of(*source), 2);
   FrameSet set;
@@ -80,7 +80,7 @@ TEST(NetworkSource, TheNewestImageWinsAndTheOthersAreCounted) {
 }
 
 TEST(NetworkSource, ACameraThatStopsDoesNotStopTheOthers) {
-  const MjpegServer steady(jpegs({32, 32}, {50}), {}), stops(jpegs({32, 32}, {90}), {.frames = 5});
+  const MjpegServer steady(jpegs({160, 120}, {50}), {}), stops(jpegs({160, 120}, {90}), {.frames = 5});
   ImageSourceOptions options;
   options.silence_s = 0.2;
   const auto source = open_image_source("a=" + steady.address() + ",b=" + stops.address(), options);
@@ -96,8 +96,8 @@ TEST(NetworkSource, ACameraThatStopsDoesNotStopTheOthers) {
 }
 
 TEST(NetworkSource, EndsWhenAllHaveHungUp) {
-  const MjpegServer first(jpegs({32, 32}, {50}), {.frames = 8, .hang_up = true});
-  const MjpegServer second(jpegs({32, 32}, {50}), {.frames = 12, .hang_up = true});
+  const MjpegServer first(jpegs({160, 120}, {50}), {.frames = 8, .hang_up = true});
+  const MjpegServer second(jpegs({160, 120}, {50}), {.frames = 12, .hang_up = true});
   const auto source = open_image_source("a=" + first.address() + ",b=" + second.address(), {});
   ReadStatus last{};
   const auto sets = test::read_all(*source, last, 200);
@@ -107,7 +107,7 @@ TEST(NetworkSource, EndsWhenAllHaveHungUp) {
 }
 
 TEST(NetworkSource, AllSilentGivesEmptySetsSoThatTheCallerCanStop) {
-  const MjpegServer server(jpegs({32, 32}, {50}), {.frames = 3});
+  const MjpegServer server(jpegs({640, 480}, {50}), {.frames = 3});
   ImageSourceOptions options;
   options.silence_s = 0.1;
   const auto source = open_image_source(server.address(), options);
@@ -138,7 +138,7 @@ TEST(NetworkSource, ABrokenPictureIsDamagedAndTheNextOneIsGood) {
 }
 
 TEST(NetworkSource, ASilentServerIsGivenUpWithAdvice) {
-  const MjpegServer good(jpegs({32, 32}, {50}), {}), silent({}, {.silent = true});
+  const MjpegServer good(jpegs({160, 120}, {50}), {}), silent({}, {.silent = true});
   ImageSourceOptions options;
   options.open_timeout_s = 0.3;
   const std::string text =

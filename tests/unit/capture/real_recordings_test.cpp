@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, RealVideos,
     ::testing::Values(VideoFolder{"post_optimization/calibration/extrinsic", 57, 7'683'449},
                       VideoFolder{"prerecorded_calibration/calibration/intrinsic", 48, 6'445'224}),
-    [](const auto& info) { return info.param.frames == 57 ? "extrinsic" : "intrinsic"; });
+    [](const auto& videos) { return videos.param.frames == 57 ? "extrinsic" : "intrinsic"; });
 
 TEST(RealRecordings, ChessboardJpegsAreReadWhole) {
   const auto folder = test::test_data("opencv-stereo-chessboard");

@@ -66,9 +66,9 @@ Calibration random_calibration(unsigned seed, std::size_t cameras) {
 
 TEST(CalibrationFile, WritingAndReadingLosesNothing) {
   const TempFolder folder;
-  for (unsigned seed = 1; seed <= 50; ++seed) {
+  for (unsigned seed = 1; seed <= 32; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const Calibration written = random_calibration(seed, seed % 32 + 1);
+    const Calibration written = random_calibration(seed, seed);
     write_calibration(folder / "c.toml", written, true);
     test::expect_same(read_calibration(folder / "c.toml"), written);
   }

@@ -32,6 +32,7 @@ class TempFolder {
 
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   std::filesystem::path write(const std::string& name, const std::string& text) const {
+    std::filesystem::remove(path_ / name);  // overwriting would make some file systems wait for the disk
     std::ofstream(path_ / name, std::ios::binary) << text;
     return path_ / name;
   }

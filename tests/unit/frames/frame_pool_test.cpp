@@ -116,8 +116,9 @@ TEST(FramePool, RefusesSizesThatItCannotServe) {
 }
 
 TEST(FramePool, SaysSoWhenTheMemoryIsNotToBeHad) {
-  // 32 cameras x 16 MiB x 2^31 slots is beyond any address space.
+  // 32 cameras x 16 MiB x 2^20 slots is beyond the address space, 2^31 beyond counting.
   const std::vector<FrameSize> cameras(32, FrameSize{4096, 4096});
+  EXPECT_THROW(FramePool(cameras, 1U << 20U), Error);
   EXPECT_THROW(FramePool(cameras, 1U << 31U), Error);
 }
 

@@ -20,15 +20,16 @@ namespace {
 std::atomic<long> allocations{0};
 }
 
-// Counts every allocation of this program, on all threads.
-void* operator new(std::size_t bytes) {
+// Counts every allocation of this program, on all threads. Not inlined, or else the compiler sees malloc()
+// and free() on one side only and takes them for a mismatch.
+[[gnu::noinline]] void* operator new(std::size_t bytes) {
   ++allocations;
   void* memory = std::malloc(bytes == 0 ? 1 : bytes);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace glint::gpu {
 namespace {

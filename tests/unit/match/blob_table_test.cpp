@@ -1,1 +1,123 @@
+// SPDX-License-Identifier: MIT
+// What a blob's record says about its centroid, and finding blobs by place.
+#include "host/match/blob_table.hpp"
+
 #include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/unit/match/scene.hpp"
+
+namespace glint {
+namespace {
+
+using namespace testing;
+
+class BlobTableTest : public ::testing::Test {
+ protected:
+  BlobTableTest() : rig_(ring_rig(2)), cameras_(rig_.cameras.begin(), rig_.cameras.end()), table_(cameras_, options_) {}
+
+  const MatchBlob& only(const shaders::BlobRecord& record) {
+    const std::vector<shaders::BlobRecord> one{record}, none;
+    table_.fill(std::vector<std::span<const shaders::BlobRecord>>{one, none});
+    return table_[0];
+  }
+  shaders::BlobRecord disc(double var_x, double var_y, double var_xy = 0.0) {
+    shaders::BlobRecord blob = blob_at(rig_.cameras[0], {700, 300});
+    blob.area_px = 12;
+    blob.var_xx_px2 = static_cast<float>(var_x);
+    blob.var_yy_px2 = static_cast<float>(var_y);
+    blob.var_xy_px2 = static_cast<float>(var_xy);
+    return blob;
+  }
+
+  MatchOptions options_;
+  Calibration rig_;
+  std::vector<Camera> cameras_;
+  BlobTable table_;
+};
+
+TEST_F(BlobTableTest, AGoodBlobHasTheNominalCovariance) {
+  const MatchBlob& blob = only(disc(1.0, 1.1));
+  EXPECT_FALSE(blob.suspect);
+  EXPECT_NEAR(blob.sigma_px, options_.sigma_px, 1e-12);
+  EXPECT_NEAR(blob.covariance_px2(0, 0), options_.sigma_px * options_.sigma_px, 1e-12);
+  EXPECT_NEAR(blob.pixel.x(), 700, 1e-4);
+  EXPECT_NEAR(blob.pixel.y(), 300, 1e-4);
+  EXPECT_NEAR(blob.radius_px, std::sqrt(12 / M_PI), 1e-12);
+}
+
+TEST_F(BlobTableTest, TwoTouchingDiscsAreUncertainAlongTheirLine) {
+  // Radius 1.6, centres 3.4 apart at 30 degrees: each lies 1.7 from the common centroid.
+  const double along = 0.64 + 1.7 * 1.7, across = 0.64, c = std::cos(M_PI / 6), s = std::sin(M_PI / 6);
+  const MatchBlob& blob = only(disc(along * c * c + across * s * s, along * s * s + across * c * c, (along - across) * c * s));
+  EXPECT_TRUE(blob.suspect);
+  const Eigen::Vector2d axis(c, s), normal(-s, c);
+  EXPECT_NEAR(std::sqrt(axis.dot(blob.covariance_px2 * axis)), 1.7, 0.01);
+  EXPECT_NEAR(std::sqrt(normal.dot(blob.covariance_px2 * normal)), options_.sigma_px, 1e-6);
+}
+
+TEST_F(BlobTableTest, RaggedSmallBlobsAndUnknownShapesAreNotSuspect) {
+  EXPECT_FALSE(only(disc(0.67, 0.25)).suspect) << "3 x 2 pixels";
+  shaders::BlobRecord tiny = disc(2.0, 0.0);
+  tiny.area_px = 3;
+  EXPECT_FALSE(only(tiny).suspect) << "three pixels say nothing";
+  shaders::BlobRecord unknown = disc(9.0, 0.0);
+  unknown.area_px = 0;
+  EXPECT_FALSE(only(unknown).suspect) << "from a list of bare points";
+}
+
+TEST_F(BlobTableTest, BorderAndSaturationCostPrecision) {
+  shaders::BlobRecord border = disc(1, 1), saturated = disc(1, 1);
+  border.flags = shaders::kBlobOnBorder;
+  saturated.flags = shaders::kBlobSaturated;
+  EXPECT_TRUE(only(border).suspect);
+  EXPECT_GT(only(border).sigma_px, 0.5);
+  EXPECT_FALSE(only(saturated).suspect);
+  EXPECT_NEAR(only(saturated).sigma_px, 2 * options_.sigma_px, 1e-9);
+}
+
+TEST_F(BlobTableTest, WhatTheLensCannotInvertIsNotUsed) {
+  shaders::BlobRecord folded = disc(1, 1);
+  folded.flags = shaders::kBlobNotInvertible;
+  EXPECT_FALSE(only(folded).usable);
+  EXPECT_FALSE(table_.free(0));
+  shaders::BlobRecord broken = disc(1, 1);
+  broken.x_undist = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(only(broken).usable);
+}
+
+TEST_F(BlobTableTest, CalibrationErrorAddsUp) {
+  Calibration rig = ring_rig(1);
+  rig.cameras[0].rms_px = 0.4;
+  const std::vector<Camera> cameras(rig.cameras.begin(), rig.cameras.end());
+  BlobTable table(cameras, options_);
+  const std::vector<shaders::BlobRecord> one{blob_at(rig.cameras[0], {100, 100})};
+  table.fill(std::vector<std::span<const shaders::BlobRecord>>{one});
+  EXPECT_NEAR(table[0].sigma_px, std::sqrt(0.05 * 0.05 + 0.4 * 0.4 / 2), 1e-9);
+}
+
+TEST_F(BlobTableTest, NearFindsExactlyWhatIsNear) {
+  std::mt19937_64 random(21);
+  for (std::size_t count : {1u, 3u, 50u, 700u}) {
+    std::vector<shaders::BlobRecord> blobs;
+    for (std::size_t k = 0; k < count; ++k)
+      blobs.push_back(blob_at(rig_.cameras[1], {uniform(random, 0, 1279), k % 5 == 0 ? 400 : uniform(random, 0, 799)}));
+    const std::vector<shaders::BlobRecord> none;
+    table_.fill(std::vector<std::span<const shaders::BlobRecord>>{none, blobs});
+    for (std::uint32_t k = 0; k < count; k += 7) table_.claim(k);
+    for (int query = 0; query < 50; ++query) {
+      const Eigen::Vector2d pixel(uniform(random, -200, 1500), uniform(random, -200, 1000));
+      const double radius = uniform(random, 0, 300);
+      std::set<std::uint32_t> expected, found;
+      for (std::uint32_t k = 0; k < count; ++k)
+        if (k % 7 != 0 && (table_[k].pixel - pixel).norm() <= radius) expected.insert(k);
+      table_.near(1, pixel, radius, [&](std::uint32_t b) { EXPECT_TRUE(found.insert(b).second); });
+      EXPECT_EQ(found, expected);
+    }
+    table_.near(0, {640, 400}, 1e4, [](std::uint32_t) { FAIL() << "camera 0 has no blobs"; });
+  }
+}
+
+}  // namespace
+}  // namespace glint

@@ -17,9 +17,11 @@ namespace {
 
 std::vector<OutlinePoint> ellipse(double x, double y, double a, double b, double tilt, std::size_t count) {
   std::vector<OutlinePoint> outline(count);
-  const double step = 2.0 * std::numbers::pi / static_cast<double>(count), c = std::cos(tilt), s = std::sin(tilt);
+  const double step = 2.0 * std::numbers::pi / static_cast<double>(count), c = std::cos(tilt),
+               s = std::sin(tilt);
   for (std::size_t i = 0; i < count; ++i) {
-    const double u = a * std::cos(step * static_cast<double>(i)), v = b * std::sin(step * static_cast<double>(i));
+    const double u = a * std::cos(step * static_cast<double>(i)),
+                 v = b * std::sin(step * static_cast<double>(i));
     const double du = -v * a / b * step, dv = u * b / a * step;
     outline[i] = {x + c * u - s * v, y + s * u + c * v, c * du - s * dv, s * du + c * dv};
   }
@@ -45,8 +47,8 @@ Sums sums(const Patch& patch) {
 }
 
 TEST(Blur, MeanAndLightOfBallsAreExact) {
-  // Real balls through a distorting lens at many sub-pixel places. What is measured against this truth later is of the
-  // order of 0.01 px.
+  // Real balls through a distorting lens at many sub-pixel places. What is measured against this truth later
+  // is of the order of 0.01 px.
   const SimCamera camera(sim_calibration({}).cameras[0]);
   const BlurKernel kernel(0.6);
   Patch patch;
@@ -121,7 +123,8 @@ TEST(Blur, ClippedPatchEqualsPartOfTheWholeOne) {
   Patch whole, part;
   whole.reset(0, 0, 20, 20, false);
   part.reset(9, 10, 20, 20, false);
-  for (Patch* patch : {&whole, &part}) patch->add_filled(kernel, ellipse(10.3, 9.6, 4.0, 3.0, 1.0, 64), 1.0, 50.0);
+  for (Patch* patch : {&whole, &part})
+    patch->add_filled(kernel, ellipse(10.3, 9.6, 4.0, 3.0, 1.0, 64), 1.0, 50.0);
   for (int y = 10; y <= 20; ++y) {
     for (int x = 9; x <= 20; ++x) EXPECT_NEAR(part.row(y - 10)[x - 9], whole.row(y)[x], 1e-3f);
   }

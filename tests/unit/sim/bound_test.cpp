@@ -16,6 +16,7 @@ namespace glint {
 namespace {
 
 constexpr std::uint32_t kWidth = 1280;
+constexpr double kWindow_grey = 0.5;  // pixels with less light than that are left out of the centroid
 
 SimOptions one_still_marker(std::uint64_t seed) {
   SimOptions options;
@@ -26,8 +27,8 @@ SimOptions one_still_marker(std::uint64_t seed) {
   return options;
 }
 
-/// Mean image over many ticks minus nothing: the estimators below compare single images with it, so that fixed pattern
-/// and stray light cancel.
+/// Variances of estimates of x over many noisy images of one marker. The estimators see each image's
+/// difference from the mean image, so that fixed pattern and stray light cancel.
 struct Trial {
   double likelihood_x2 = 0.0, centroid_x2 = 0.0, bound_x2 = 0.0;
 };
@@ -47,7 +48,8 @@ Trial run_trial(std::uint64_t seed) {
   sim::MarkerPainter painter(scene);
   const sim::Patch& patch = *painter.paint(0, 0, 0, truth.views_of(0), true);
   constexpr int kTicks = 600;
-  const auto width = static_cast<std::size_t>(patch.width_px()), height = static_cast<std::size_t>(patch.height_px());
+  const auto width = static_cast<std::size_t>(patch.width_px()),
+             height = static_cast<std::size_t>(patch.height_px());
   std::vector<std::vector<double>> images;
   std::vector<double> mean(width * height);
   std::vector<std::uint8_t> pixels(kWidth * 800);
@@ -65,6 +67,7 @@ Trial run_trial(std::uint64_t seed) {
     }
   }
   const sim::NoiseModel& noise = renderer.noise();
+  const float dark = noise.black_grey + static_cast<float>(scene.glow(0).grey_at(view.x_px, view.y_px));
   for (const std::vector<double>& image : images) {
     // One Fisher scoring step from the truth: the maximum-likelihood estimate to first order.
     Eigen::Vector2d score = Eigen::Vector2d::Zero();
@@ -75,11 +78,11 @@ Trial run_trial(std::uint64_t seed) {
         const double off = image[y * width + x] - mean[y * width + x];
         const double light = static_cast<double>(patch.row(row)[x]);
         const double variance =
-            static_cast<double>(noise.variance_grey2(noise.black_grey + patch.row(row)[x])) + 1.0 / 12.0;
+            static_cast<double>(noise.variance_grey2(dark + patch.row(row)[x])) + 1.0 / 12.0;
         score -= Eigen::Vector2d(static_cast<double>(patch.row_by_x(row)[x]),
                                  static_cast<double>(patch.row_by_y(row)[x])) *
                  (off / variance);
-        if (light > 2.0) {
+        if (light > kWindow_grey) {
           const double column = static_cast<double>(patch.x_min_px()) + static_cast<double>(x) - view.x_px;
           weight_sum += light + off;
           weight_x += (light + off) * column;
@@ -89,19 +92,21 @@ Trial run_trial(std::uint64_t seed) {
     trial.likelihood_x2 += std::pow((information.inverse() * score).x(), 2) / kTicks;
     trial.centroid_x2 += std::pow(weight_x / weight_sum, 2) / kTicks;
   }
-  // The centroid of a window has an offset of its own; only its scatter counts.
-  double centroid_mean = 0.0;
-  double weight_sum = 0.0, weight_x = 0.0;
+  // The centroid of a window has an offset of its own, and follows a shift of the blob by a little less than
+  // that shift.
+  double weight_sum = 0.0, weight_x = 0.0, followed = 0.0;
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; ++x) {
       const double light = static_cast<double>(patch.row(static_cast<int>(y))[x]);
-      if (light <= 2.0) continue;
+      if (light <= kWindow_grey) continue;
+      const double column = static_cast<double>(patch.x_min_px()) + static_cast<double>(x) - view.x_px;
       weight_sum += light;
-      weight_x += light * (static_cast<double>(patch.x_min_px()) + static_cast<double>(x) - view.x_px);
+      weight_x += light * column;
+      followed -= static_cast<double>(patch.row_by_x(static_cast<int>(y))[x]) * column;
     }
   }
-  centroid_mean = weight_x / weight_sum;
-  trial.centroid_x2 -= centroid_mean * centroid_mean;
+  const double offset = weight_x / weight_sum, gain = followed / weight_sum;
+  trial.centroid_x2 = (trial.centroid_x2 - offset * offset) / (gain * gain);
   return trial;
 }
 

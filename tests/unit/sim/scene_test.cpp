@@ -46,7 +46,7 @@ TEST(Scene, MostMarkersAreSeenByMostCameras) {
     }
   }
   EXPECT_GT(views, 3 * markers);
-  EXPECT_LT(clean, views);            // some blobs do touch
+  EXPECT_LT(clean, views);  // some blobs do touch
   EXPECT_GT(clean, views * 9 / 10);
   EXPECT_GT(two, markers * 95 / 100);
 }

@@ -54,10 +54,10 @@ TEST(Score, GhostsDoublesAndSwitches) {
   std::vector<ScoredPoint> points = perfect(scene, 0);
   score.add(0, points);
   points = perfect(scene, 1);
-  points[3].id = 77;                                                             // a switch
+  points[3].id = 77;                                                                      // a switch
   points.push_back({78, points[0].position_in_world + Eigen::Vector3d(0, 0, 0.005), 3});  // a second point
-  points.push_back({79, {5, 5, 5}, 3});                                          // a ghost
-  points.push_back({80, Eigen::Vector3d::Constant(std::nan("")), 3});            // and another one
+  points.push_back({79, {5, 5, 5}, 3});                                                   // a ghost
+  points.push_back({80, Eigen::Vector3d::Constant(std::nan("")), 3});                     // and another one
   score.add(1, points);
   const ScoreResult result = score.result();
   EXPECT_EQ(result.id_switches, 1u);

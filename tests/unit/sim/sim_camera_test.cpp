@@ -86,7 +86,7 @@ TEST(SimCamera, MeanOfABallIsBiasedOutwardsByTheKnownAmount) {
     const OutlineMoments shape = moments(outline);
     const double expected = 914.0 * std::tan(theta) / (std::cos(theta) * std::cos(theta)) * radius * radius;
     EXPECT_NEAR(shape.mean_px.x() - camera.project(centre).x(), expected, 0.01 * expected + 1e-9);
-    const double semi = 914.0 * radius / (std::cos(theta) * distance);   // across; along it is longer by 1/cos
+    const double semi = 914.0 * radius / (std::cos(theta) * distance);  // across; along it is longer by 1/cos
     EXPECT_NEAR(shape.area_px2, std::numbers::pi * semi * semi / std::cos(theta), 0.002 * shape.area_px2);
   }
 }
@@ -103,7 +103,8 @@ TEST(SimCamera, TurnedCameraMovesTheImage) {
   const SimCamera camera(sim_calibration({}).cameras[0]);
   const Eigen::Vector3d point(0, 0, 1);
   const SimCamera turned = camera.turned(0.01);
-  const Eigen::Vector2d moved = turned.project(turned.in_camera(point)) - camera.project(camera.in_camera(point));
+  const Eigen::Vector2d moved =
+      turned.project(turned.in_camera(point)) - camera.project(camera.in_camera(point));
   EXPECT_NEAR(moved.x(), -0.01 * camera.calibration().fx_px, 0.2);
   EXPECT_NEAR(moved.y(), 0.0, 0.2);
 }

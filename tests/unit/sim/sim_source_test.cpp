@@ -22,8 +22,8 @@ SimOptions small() {
 }
 
 FramePool pool_for(const Scene& scene, std::uint32_t slots) {
-  return FramePool(std::vector<FrameSize>(scene.cameras(), {scene.options().width_px, scene.options().height_px}),
-                   slots);
+  return FramePool(
+      std::vector<FrameSize>(scene.cameras(), {scene.options().width_px, scene.options().height_px}), slots);
 }
 
 std::vector<std::uint8_t> pixels_of(const Frame& frame) {

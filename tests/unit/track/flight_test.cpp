@@ -123,7 +123,7 @@ Result fly(const char* name, std::size_t cameras, std::size_t markers, double sp
   std::size_t seen = 0, found = 0;
   double squares = 0;
   for (int frame = 0; frame < frames; ++frame) {
-    const Exposure exposure = expose_discs(rig, flight.position, 0.03, hidden, random);
+    const Exposure exposure = expose_discs(rig, flight.position, 0.015, hidden, random);
     tracker.predict(Timestamp(std::chrono::nanoseconds(static_cast<std::int64_t>(frame * 1e9 / kRate_hz))), predictions);
     const auto blobs = exposure.spans();
     matcher.match(blobs, predictions, points, match_counters);
