@@ -64,7 +64,8 @@ class Ring {
   }
 
   std::size_t size() const noexcept {
-    const std::size_t head = head_.load(std::memory_order_acquire), tail = tail_.load(std::memory_order_acquire);
+    const std::size_t head = head_.load(std::memory_order_acquire),
+                      tail = tail_.load(std::memory_order_acquire);
     return (tail + slots_.size() - head) % slots_.size();
   }
 

@@ -44,11 +44,15 @@ void Hypotheses::reset(std::span<const Prediction> predictions, unsigned min_vie
   min_views_ = min_views;
   limit_ = limit;
   full_ = false;
+  double blobs = 0.0;
   for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
     const CameraCalibration& c = cameras_[camera].calibration();
     const double area = std::max(1.0, static_cast<double>(c.width_px) * static_cast<double>(c.height_px));
-    log_clutter_[camera] = std::log(std::max(1.0, static_cast<double>(table_.free_blobs(camera))) / area);
+    const double here = std::max(1.0, static_cast<double>(table_.free_blobs(camera)));
+    log_clutter_[camera] = std::log(kClutterShare * here / area);
+    blobs += here;
   }
+  log_density_ = std::log(blobs / static_cast<double>(cameras_.size())) - log_volume_;
 }
 
 bool Hypotheses::already_together(std::uint32_t a, std::uint32_t b, std::uint32_t prediction) const noexcept {
@@ -204,7 +208,8 @@ bool Hypotheses::evaluate(BlobTuple& tuple, std::uint32_t prediction, Hypothesis
 
 // Log-likelihood ratio as in multi-sensor assignment (Poore 1994; Deb, Yeddanapudi, Pattipati, Bar-Shalom 1997): each
 // blob is worth its density at the residual over that of clutter, each camera that should see the marker and does not
-// costs log(1 - P_D), and the position is integrated over its prior: uniform over the volume, or the prediction.
+// costs log(1 - P_D), and the position is integrated over its prior: as many markers as a camera has blobs, uniformly in
+// the volume, or the prediction.
 double Hypotheses::score_of(const BlobTuple& tuple, std::span<const Observation> views,
                             const Hypothesis& h) const noexcept {
   double score = -0.5 * h.point.chi2;
@@ -220,7 +225,7 @@ double Hypotheses::score_of(const BlobTuple& tuple, std::span<const Observation>
                                               options_.min_range_m, options_.max_range_m))
       score += std::log(1.0 - kDetected);
   score += 0.5 * std::log(h.point.covariance_m2.determinant());
-  if (h.prediction == kNoPrediction) return score + 1.5 * log_2pi() - log_volume_;
+  if (h.prediction == kNoPrediction) return score + 1.5 * log_2pi() + log_density_;
   const Prediction& p = predictions_[h.prediction];
   const Eigen::Matrix3d s = p.covariance_m2 + h.point.covariance_m2;
   const Eigen::Vector3d d = h.point.position_in_world - p.position_in_world;

@@ -80,7 +80,7 @@ class Hypotheses {
   const MatchOptions& options_;
   const BlobTable& table_;
   TriangulateOptions triangulate_options_;
-  double log_volume_ = 0.0;
+  double log_volume_ = 0.0, log_density_ = 0.0;  // of the space; of markers in it, per m^3
   std::vector<double> log_clutter_;  // per pixel^2, by camera
   std::span<const Prediction> predictions_;
   unsigned min_views_ = 2;

@@ -22,8 +22,11 @@ inline double point_chi2_limit(unsigned degrees_of_freedom) noexcept {
 /// counts, so that 0.8 or 0.95 decide hardly anything differently.
 inline constexpr double kDetected = 0.9;
 
+/// Share of the blobs that are of no marker. Only its logarithm counts, too.
+inline constexpr double kClutterShare = 0.1;
+
 /// A point that no third camera confirms and no track expected may be somewhat less likely than chance: the tracker asks
 /// for several consistent frames before it shows it, which a chance meeting of rays does not survive.
-inline constexpr double kTwoViewLogOdds = -6.0;
+inline constexpr double kTwoViewLogOdds = -3.0;
 
 }  // namespace glint

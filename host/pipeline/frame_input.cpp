@@ -40,7 +40,8 @@ FrameInput::FrameInput(std::unique_ptr<FrameSource> source, std::span<const gpu:
       pool_(std::make_unique<FramePool>(sizes_of(source_->cameras()),
                                         static_cast<std::uint32_t>(kRing + options.detector.depth + 4))),
       detector_(make(source_->cameras(), lenses, options)), in_place_(detector_->adopt_frame_memory(pool_->memory())),
-      ring_(kRing), in_flight_(std::max(1u, options.detector.depth)), images_(source_->cameras().size()) {}
+      ring_(kRing), in_flight_(std::max(1u, options.detector.depth)), images_(source_->cameras().size()),
+      last_sequence_(source_->cameras().size()) {}
 
 FrameInput::~FrameInput() {
   stop_.request_stop();
@@ -82,6 +83,14 @@ void FrameInput::capture() noexcept {
   ring_.close();
 }
 
+// A frame that came again under its old sequence number shows an earlier exposure: it must not be tracked.
+bool FrameInput::fresh(std::size_t camera, const FrameSet& set) noexcept {
+  const std::optional<Frame>& frame = set.frames[camera];
+  if (!frame || frame->damaged || frame->sequence == last_sequence_[camera]) return false;
+  last_sequence_[camera] = frame->sequence;
+  return true;
+}
+
 bool FrameInput::submit_one(bool wait) noexcept {
   FrameSet set;
   for (;;) {
@@ -90,7 +99,8 @@ bool FrameInput::submit_one(bool wait) noexcept {
     dropped_.fetch_add(1, std::memory_order_relaxed);
   }
   for (std::size_t i = 0; i < images_.size(); ++i) {
-    images_[i] = set.frames[i] && !set.frames[i]->damaged ? set.frames[i]->image() : gpu::ImageView{};
+    images_[i] = fresh(i, set) ? set.frames[i]->image() : gpu::ImageView{};
+    if (images_[i].pixels == nullptr) set.frames[i].reset();
   }
   if (detector_->submit(images_) != gpu::RunStatus::Ok) {
     problem_ = detector_->last_error();
@@ -135,7 +145,7 @@ void FrameInput::fill(TickBlobs& tick, const FrameSet& set) noexcept {
   tick.stages = batch_.stages;
   for (std::size_t i = 0; i < batch_.cameras.size(); ++i) {
     tick.cameras[i] = batch_.cameras[i].blobs;
-    tick.images[i] = set.frames[i] && !set.frames[i]->damaged ? set.frames[i]->image() : gpu::ImageView{};
+    tick.images[i] = set.frames[i] ? set.frames[i]->image() : gpu::ImageView{};
     if (batch_.cameras[i].overflow) tick.overflow |= 1u << i;
     if (!in_place_ && tick.images[i].pixels != nullptr) copied_.fetch_add(1, std::memory_order_relaxed);
   }

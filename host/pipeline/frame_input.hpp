@@ -41,6 +41,7 @@ class FrameInput final : public TickInput {
 
  private:
   void capture() noexcept;
+  bool fresh(std::size_t camera, const FrameSet& set) noexcept;
   bool submit_one(bool wait) noexcept;
   void fill(TickBlobs& tick, const FrameSet& set) noexcept;
 
@@ -53,6 +54,7 @@ class FrameInput final : public TickInput {
   std::vector<FrameSet> in_flight_;  // oldest at in_flight_[oldest_]
   std::size_t oldest_ = 0, count_ = 0;
   std::vector<gpu::ImageView> images_;
+  std::vector<std::optional<std::uint32_t>> last_sequence_;  // per camera, of the last frame used
   gpu::BlobBatch batch_;
   bool ended_ = false;
   std::string problem_;

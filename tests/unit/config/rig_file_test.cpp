@@ -228,6 +228,11 @@ TEST_F(RigFile, ProblemsOfBothFilesAreListedTogether) {
 TEST_F(RigFile, TheExamplesInTheDocumentationAreValid) {
   const Rig rig = read_rig("docs/rig.example.toml");
   EXPECT_EQ(rig.calibration.cameras.size(), 4u);
+  for (const CameraCalibration& camera : rig.calibration.cameras) {
+    const auto pixel = Camera(camera).project({0.0, 0.0, 1.0});  // what its comment says they look at
+    ASSERT_TRUE(pixel) << camera.name;
+    EXPECT_LT((*pixel - Eigen::Vector2d(639.5, 399.5)).norm(), 1e-9) << camera.name;
+  }
   const Rig defaults;
   EXPECT_EQ(rig.detect.min_area_px, defaults.detect.min_area_px);
   EXPECT_EQ(rig.match.sigma_px, defaults.match.sigma_px);

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// glint's detectors as contenders, checked before they run for time; and the floor below all of them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "benchmarks/contender.hpp"
+#include "benchmarks/scene.hpp"
+#include "gpu/detector.hpp"
+
+namespace glint::benchmarks {
+
+struct NamedDetector {
+  std::string name;
+  std::shared_ptr<gpu::Detector> detector;  // with its limits set
+};
+
+/// Native on one and two threads, and every usable Vulkan device.
+std::vector<NamedDetector> glint_detectors(Scene& scene);
+
+/// What differs from the reference on any frame; empty if nothing does.
+std::string difference_from_reference(const Scene& scene, gpu::Detector& detector);
+
+Contender as_contender(const Scene& scene, const NamedDetector& detector);
+
+/// Nothing but reading every pixel once.
+std::vector<Contender> memory_floor(const Scene& scene);
+
+}  // namespace glint::benchmarks

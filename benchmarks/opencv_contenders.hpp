@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// How one finds blobs with OpenCV: as the thesis did, the same without its waste, and as lean as it goes.
+#pragma once
+
+#include <vector>
+
+#include "benchmarks/contender.hpp"
+#include "benchmarks/scene.hpp"
+
+namespace glint::benchmarks {
+
+/// Each on one thread, and with its cameras shared out to two. The scene must outlive them.
+std::vector<Contender> opencv_contenders(const Scene& scene);
+
+}  // namespace glint::benchmarks

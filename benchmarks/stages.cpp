@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// The steps one by one, under Google Benchmark.
+#include <benchmark/benchmark.h>
+
+#include <memory>
+#include <vector>
+
+#include "benchmarks/scene.hpp"
+#include "gpu/background.hpp"
+#include "gpu/cpu/detector_cpu.hpp"
+#include "gpu/detector.hpp"
+#include "gpu/lens.hpp"
+
+namespace glint::benchmarks {
+namespace {
+
+Scene make_scene(benchmark::State& state) {
+  SceneOptions options;
+  options.blobs_per_camera = static_cast<unsigned>(state.range(0));
+  return Scene(options);
+}
+
+void detect(benchmark::State& state, const Scene& scene, gpu::Detector& detector) {
+  for (unsigned i = 0; i < scene.options().cameras; ++i) detector.set_limit(i, scene.limit(i));
+  std::vector<std::vector<gpu::ImageView>> sets;
+  for (unsigned tick = 0; tick < scene.options().ticks; ++tick) sets.push_back(scene.images(tick));
+  gpu::BlobBatch batch;
+  std::size_t tick = 0;
+  for (auto _ : state) {
+    if (detector.submit(sets[tick++ % sets.size()]) != gpu::RunStatus::Ok ||
+        detector.collect(batch) != gpu::RunStatus::Ok) {
+      state.SkipWithError(detector.last_error().c_str());
+      break;
+    }
+    benchmark::DoNotOptimize(batch.cameras.data());
+  }
+  state.SetLabel(detector.device_name());
+}
+
+void reference(benchmark::State& state) {
+  const Scene scene = make_scene(state);
+  detect(state, scene, *gpu::make_reference_detector(scene.formats(), {}));
+}
+BENCHMARK(reference)->Arg(0)->Arg(20)->Arg(200)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Arguments: blobs per camera, threads, index of the kernels.
+void native(benchmark::State& state) {
+  const auto kernels = static_cast<std::size_t>(state.range(2));
+  if (kernels >= gpu::row_kernels().size()) {
+    state.SkipWithError("this CPU does not have as many instruction sets");
+    return;
+  }
+  const Scene scene = make_scene(state);
+  gpu::DetectorOptions options;
+  options.threads = static_cast<unsigned>(state.range(1));
+  detect(state, scene, *gpu::make_cpu_detector(scene.formats(), options, gpu::row_kernels()[kernels]));
+}
+BENCHMARK(native)
+    ->ArgsProduct({{0, 20, 200}, {1, 2}, benchmark::CreateDenseRange(0, static_cast<long>(gpu::row_kernels().size()) - 1, 1)})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+void undistort(benchmark::State& state) {
+  const gpu::Lens lens = Scene({1, 1280, 800, 0, 1, 40, 1}).formats()[0].lens;
+  double x = 0.0, y = 0.0;
+  for (auto _ : state) {
+    x = x < 1270.0 ? x + 9.7 : 0.0;
+    y = y < 790.0 ? y + 7.3 : 0.0;
+    benchmark::DoNotOptimize(gpu::undistort(lens, x, y));
+  }
+}
+BENCHMARK(undistort);
+
+void undistort_blob(benchmark::State& state) {
+  const gpu::Lens lens = Scene({1, 1280, 800, 0, 1, 40, 1}).formats()[0].lens;
+  double x = 0.0, y = 0.0;
+  for (auto _ : state) {
+    x = x < 1270.0 ? x + 9.7 : 0.0;
+    y = y < 790.0 ? y + 7.3 : 0.0;
+    benchmark::DoNotOptimize(gpu::undistort_blob(lens, x, y, 25.0, 1.0, 25.0));
+  }
+}
+BENCHMARK(undistort_blob);
+
+/// Argument: frames to learn from.
+void learn_background(benchmark::State& state) {
+  SceneOptions options;
+  options.cameras = 1;
+  options.ticks = static_cast<unsigned>(state.range(0));
+  const Scene scene(options);
+  gpu::BackgroundLearner learner;
+  for (unsigned tick = 0; tick < options.ticks; ++tick) learner.add(scene.images(tick)[0]);
+  for (auto _ : state) benchmark::DoNotOptimize(learner.limit(40).data());
+}
+BENCHMARK(learn_background)->Arg(5)->Arg(30)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace glint::benchmarks
+
+BENCHMARK_MAIN();
