@@ -26,7 +26,8 @@ gpu::BlobBatch detect(gpu::Detector& detector, const std::vector<gpu::ImageView>
 
 bool same(const gpu::BlobRecord& a, const gpu::BlobRecord& b, const gpu::Lens& lens) {
   const auto integers = [](const gpu::BlobRecord& r) {
-    return std::tie(r.area_px, r.sum, r.weight, r.peak, r.x_min_px, r.y_min_px, r.x_max_px, r.y_max_px, r.flags);
+    return std::tie(r.area_px, r.sum, r.weight, r.peak, r.x_min_px, r.y_min_px, r.x_max_px, r.y_max_px,
+                    r.flags);
   };
   const auto close = [](float x, float y, double scale) {
     return std::abs(static_cast<double>(x) - static_cast<double>(y)) * scale <= 0.001;
@@ -117,7 +118,8 @@ Contender as_contender(const Scene& scene, const NamedDetector& named) {
   for (unsigned tick = 0; tick < scene.options().ticks; ++tick) sets.push_back(scene.images(tick));
   auto batch = std::make_shared<gpu::BlobBatch>();
   return {named.name, [sets, batch, detector = named.detector](unsigned tick) {
-            if (detector->submit(sets[tick]) != gpu::RunStatus::Ok || detector->collect(*batch) != gpu::RunStatus::Ok) {
+            if (detector->submit(sets[tick]) != gpu::RunStatus::Ok ||
+                detector->collect(*batch) != gpu::RunStatus::Ok) {
               throw gpu::Error(detector->device_name() + ": " + detector->last_error());
             }
             std::size_t found = 0;

@@ -87,8 +87,8 @@ class Pipeline {
       camera.matrix =
           (cv::Mat_<double>(3, 3) << lens.fx_px, 0, lens.cx_px, 0, lens.fy_px, lens.cy_px, 0, 0, 1);
       camera.distortion = cv::Mat(lens.k1_k2_p1_p2_k3, true);
-      cv::initUndistortRectifyMap(camera.matrix, camera.distortion, cv::Mat(), camera.matrix, {columns, rows}, CV_16SC2,
-                                  camera.map1, camera.map2);
+      cv::initUndistortRectifyMap(camera.matrix, camera.distortion, cv::Mat(), camera.matrix, {columns, rows},
+                                  CV_16SC2, camera.map1, camera.map2);
     }
   }
 
@@ -126,7 +126,8 @@ std::vector<Contender> opencv_contenders(const Scene& scene) {
   const std::vector<std::pair<std::string, Pipeline::Step>> ways = {
       {"OpenCV, thesis", thesis},
       {"OpenCV, thesis with precomputed maps", thesis_with_maps},
-      {"OpenCV, lean", [margin](Camera& camera, const cv::Mat& frame) { return lean(camera, frame, margin); }}};
+      {"OpenCV, lean",
+       [margin](Camera& camera, const cv::Mat& frame) { return lean(camera, frame, margin); }}};
   std::vector<Contender> contenders;
   for (const auto& [name, step] : ways) {
     for (const unsigned threads : {1u, 2u}) {

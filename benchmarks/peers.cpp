@@ -67,20 +67,23 @@ double median_of(const std::vector<Result>& results, const std::string& part_of_
 
 void print_table(const SceneOptions& scene, const std::vector<Result>& results) {
   const double yardstick = median_of(results, "precomputed maps, 2 threads");
-  std::printf("\n## %u cameras of %ux%u px, %u blobs each\n\n", scene.cameras, scene.width_px, scene.height_px,
-              scene.blobs_per_camera);
-  std::printf("| per tick | median ms | p10 | p90 | precomputed maps 2T / this | blobs per tick |\n|---|---|---|---|---|---|\n");
+  std::printf("\n## %u cameras of %ux%u px, %u blobs each\n\n", scene.cameras, scene.width_px,
+              scene.height_px, scene.blobs_per_camera);
+  std::printf(
+      "| per tick | median ms | p10 | p90 | precomputed maps 2T / this | blobs per tick "
+      "|\n|---|---|---|---|---|---|\n");
   for (const Result& r : results) {
-    std::printf("| %s | %.3f | %.3f | %.3f | %.1f | %.1f |\n", r.name.c_str(), r.median_ms, r.p10_ms, r.p90_ms,
-                yardstick / r.median_ms, static_cast<double>(r.found) / scene.ticks);
+    std::printf("| %s | %.3f | %.3f | %.3f | %.1f | %.1f |\n", r.name.c_str(), r.median_ms, r.p10_ms,
+                r.p90_ms, yardstick / r.median_ms, static_cast<double>(r.found) / scene.ticks);
   }
   const double native = median_of(results, "glint cpu (2 threads");
   for (const Result& r : results) {
     if (r.name.find("Vulkan") == std::string::npos) continue;
-    std::printf("\n%s: %.2f of OpenCV with precomputed maps on 2 threads, %.2f of OpenCV lean on 1 thread, "
-                "%.1f times native on 2 threads\n",
-                r.name.c_str(), r.median_ms / yardstick, r.median_ms / median_of(results, "lean, 1 thread"),
-                r.median_ms / native);
+    std::printf(
+        "\n%s: %.2f of OpenCV with precomputed maps on 2 threads, %.2f of OpenCV lean on 1 thread, "
+        "%.1f times native on 2 threads\n",
+        r.name.c_str(), r.median_ms / yardstick, r.median_ms / median_of(results, "lean, 1 thread"),
+        r.median_ms / native);
   }
   std::fflush(stdout);
 }
@@ -111,7 +114,9 @@ int run(int argc, char** argv) {
   app.add_option("--iterations", rounds, "turns of each contender; each times as many sets as --ticks")
       ->capture_default_str()
       ->check(CLI::Range(1u, 100000u));
-  app.add_option("--cameras", options.cameras)->capture_default_str()->check(CLI::Range(1u, gpu::kMaxCameras));
+  app.add_option("--cameras", options.cameras)
+      ->capture_default_str()
+      ->check(CLI::Range(1u, gpu::kMaxCameras));
   app.add_option("--width", options.width_px)->capture_default_str()->check(CLI::Range(64u, 16384u));
   app.add_option("--height", options.height_px)->capture_default_str()->check(CLI::Range(64u, 16384u));
   app.add_option("--ticks", options.ticks, "different frame sets, shown in rotation")
@@ -130,7 +135,8 @@ int run(int argc, char** argv) {
     Scene scene(options);
     std::vector<Contender> contenders = memory_floor(scene);
     for (const NamedDetector& named : glint_detectors(scene)) {
-      if (const std::string difference = difference_from_reference(scene, *named.detector); !difference.empty()) {
+      if (const std::string difference = difference_from_reference(scene, *named.detector);
+          !difference.empty()) {
         std::printf("FAIL: %s: %s\n", named.name.c_str(), difference.c_str());
         return 1;
       }

@@ -20,7 +20,7 @@ struct SceneOptions {
   unsigned cameras = 4;
   std::uint32_t width_px = 1280, height_px = 800;
   unsigned blobs_per_camera = 20;
-  unsigned ticks = 4;  ///< different frame sets, shown in rotation
+  unsigned ticks = 4;    ///< different frame sets, shown in rotation
   unsigned margin = 40;  ///< limit = background + margin
   std::uint64_t seed = 1;
 };
@@ -72,7 +72,10 @@ class Scene {
   std::vector<gpu::CameraFormat> formats() const {
     gpu::CameraFormat format{options_.width_px, options_.height_px, {}};
     const double scale = options_.width_px / 1280.0;
-    format.lens = {914.0 * scale, 914.0 * scale, 0.5 * options_.width_px, 0.5 * options_.height_px,
+    format.lens = {914.0 * scale,
+                   914.0 * scale,
+                   0.5 * options_.width_px,
+                   0.5 * options_.height_px,
                    {-0.32, 0.12, 0.0006, -0.0004, -0.015}};
     return std::vector<gpu::CameraFormat>(options_.cameras, format);
   }
@@ -120,8 +123,8 @@ class Scene {
     const long y_end = std::min<long>(options_.height_px, std::lround(y + r + 2.0));
     for (long py = from(y - r - 2.0); py < y_end; ++py) {
       for (long px = from(x - r - 2.0); px < x_end; ++px) {
-        const double inside =
-            std::clamp(r + 0.5 - std::hypot(static_cast<double>(px) - x, static_cast<double>(py) - y), 0.0, 1.0);
+        const double inside = std::clamp(
+            r + 0.5 - std::hypot(static_cast<double>(px) - x, static_cast<double>(py) - y), 0.0, 1.0);
         image[static_cast<std::size_t>(py) * options_.width_px + static_cast<std::size_t>(px)] +=
             static_cast<float>(inside * brightness);
       }

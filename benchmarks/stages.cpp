@@ -56,7 +56,9 @@ void native(benchmark::State& state) {
   detect(state, scene, *gpu::make_cpu_detector(scene.formats(), options, gpu::row_kernels()[kernels]));
 }
 BENCHMARK(native)
-    ->ArgsProduct({{0, 20, 200}, {1, 2}, benchmark::CreateDenseRange(0, static_cast<long>(gpu::row_kernels().size()) - 1, 1)})
+    ->ArgsProduct({{0, 20, 200},
+                   {1, 2},
+                   benchmark::CreateDenseRange(0, static_cast<long>(gpu::row_kernels().size()) - 1, 1)})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 

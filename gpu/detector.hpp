@@ -57,16 +57,17 @@ struct DetectorOptions {
   unsigned threads = 2;                       ///< CPU detector only: workers, the caller included
   unsigned depth = 2;                         ///< frame sets that may be submitted and not yet collected
   FramePath frame_path = FramePath::Auto;     ///< Vulkan only
-  /// Vulkan only: set it to run with the validation layer (core, GPU-assisted, synchronization); it is called with
-  /// every message. Slow; for tests.
+  /// Vulkan only: set it to run with the validation layer (core, GPU-assisted, synchronization); it is called
+  /// with every message. Slow; for tests.
   std::function<void(const std::string&)> on_validation_message;
 };
 
 /// Blobs of one camera, sorted by (y_min_px, x_min_px, area_px, sum).
 struct CameraBlobs {
   std::span<const BlobRecord> blobs;
-  std::uint32_t found = 0;  ///< components that passed the area filter, kept or not; with overflow a lower bound
-  bool overflow = false;    ///< not all were kept: which ones is unspecified
+  std::uint32_t found =
+      0;  ///< components that passed the area filter, kept or not; with overflow a lower bound
+  bool overflow = false;  ///< not all were kept: which ones is unspecified
 };
 
 struct StageTime {
@@ -98,7 +99,8 @@ class Detector {
   virtual const std::string& device_name() const noexcept = 0;
 
   /// Sets the limit image of a camera: a pixel is bright if value > limit. `limit` holds
-  /// width_px * height_px bytes; 255 masks a pixel for good. Not while sets are in flight. Throws Error.
+  /// width_px * height_px bytes; 255 masks a pixel for good. Until it is called nothing is bright. Not while
+  /// sets are in flight. Throws Error.
   virtual void set_limit(std::uint32_t camera, std::span<const std::uint8_t> limit) = 0;
 
   /// Offers memory out of which images will be submitted, so that they need not be copied. The
@@ -121,14 +123,17 @@ class Detector {
 };
 
 /// Plain loops; the definition of correct. Slow.
-std::unique_ptr<Detector> make_reference_detector(std::span<const CameraFormat> cameras, const DetectorOptions& options);
+std::unique_ptr<Detector> make_reference_detector(std::span<const CameraFormat> cameras,
+                                                  const DetectorOptions& options);
 /// SIMD, runs and union-find on the CPU: the fallback and the honest baseline.
-std::unique_ptr<Detector> make_cpu_detector(std::span<const CameraFormat> cameras, const DetectorOptions& options);
+std::unique_ptr<Detector> make_cpu_detector(std::span<const CameraFormat> cameras,
+                                            const DetectorOptions& options);
 
 /// A Vulkan device as `glint devices` lists it.
 struct DeviceInfo {
   std::uint32_t index = 0;
-  std::string name, driver_name, driver_info, uuid, type;  ///< type: discrete, integrated, virtual, software, other
+  std::string name, driver_name, driver_info, uuid,
+      type;  ///< type: discrete, integrated, virtual, software, other
   std::uint32_t vendor_id = 0, device_id = 0, api_major = 0, api_minor = 0, api_patch = 0;
   std::uint32_t subgroup_size = 0, max_workgroup_invocations = 0;
   std::uint64_t max_texel_buffer_elements = 0, device_memory_bytes = 0;
@@ -137,7 +142,8 @@ struct DeviceInfo {
   std::string why_not_usable;
 };
 
-/// All Vulkan devices; empty without a driver. Never throws for a missing driver: `problem` says why it is empty.
+/// All Vulkan devices; empty without a driver. Never throws for a missing driver: `problem` says why it is
+/// empty.
 std::vector<DeviceInfo> list_devices(std::string* problem = nullptr);
 
 /// device: "auto" (hardware before software), "cpu", an index, a UUID, or part of a name. Throws Error

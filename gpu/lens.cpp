@@ -22,7 +22,7 @@ struct Forward {
 Forward forward(const Lens& lens, double x, double y) noexcept {
   const auto [k1, k2, p1, p2, k3] = lens.k1_k2_p1_p2_k3;
   const double s = x * x + y * y;
-  const double g = 1.0 + s * (k1 + s * (k2 + s * k3));  // radial factor
+  const double g = 1.0 + s * (k1 + s * (k2 + s * k3));   // radial factor
   const double g1 = k1 + s * (2.0 * k2 + s * 3.0 * k3);  // dg/ds
   Forward f;
   f.x = x * g + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x);

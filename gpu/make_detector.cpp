@@ -10,30 +10,39 @@ namespace glint::gpu {
 namespace {
 
 std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
 std::string listing(const std::vector<DeviceInfo>& devices) {
   std::string text = "there is: cpu";
   for (const DeviceInfo& d : devices) {
-    text += "; " + std::to_string(d.index) + " = " + d.name + (d.usable ? "" : " (not usable: " + d.why_not_usable + ")");
+    text += "; " + std::to_string(d.index) + " = " + d.name +
+            (d.usable ? "" : " (not usable: " + d.why_not_usable + ")");
   }
   return text;
 }
 
 bool is_index(const std::string& text) {
-  return !text.empty() && text.size() < 5 && std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
+  return !text.empty() && text.size() < 5 &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
 }
 
 const DeviceInfo* find_device(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
   if (wanted == "auto") {
-    const auto best = std::min_element(devices.begin(), devices.end(), [](const DeviceInfo& a, const DeviceInfo& b) {
-      const auto rank = [](const DeviceInfo& d) {
-        return !d.usable ? 9 : d.type == "discrete" ? 0 : d.type == "integrated" ? 1 : d.type == "virtual" ? 2 : d.software ? 4 : 3;
-      };
-      return rank(a) < rank(b);
-    });
+    const auto best =
+        std::min_element(devices.begin(), devices.end(), [](const DeviceInfo& a, const DeviceInfo& b) {
+          const auto rank = [](const DeviceInfo& d) {
+            return !d.usable                ? 9
+                   : d.type == "discrete"   ? 0
+                   : d.type == "integrated" ? 1
+                   : d.type == "virtual"    ? 2
+                   : d.software             ? 4
+                                            : 3;
+          };
+          return rank(a) < rank(b);
+        });
     return best == devices.end() || !best->usable ? nullptr : &*best;
   }
   const std::string needle = lower(wanted);
@@ -49,7 +58,8 @@ const DeviceInfo* find_device(const std::vector<DeviceInfo>& devices, const std:
 void check_formats(std::span<const CameraFormat> cameras) {
   if (cameras.empty()) throw Error("a detector needs at least one camera");
   if (cameras.size() > kMaxCameras) {
-    throw Error(std::to_string(cameras.size()) + " cameras; at most " + std::to_string(kMaxCameras) + " are supported");
+    throw Error(std::to_string(cameras.size()) + " cameras; at most " + std::to_string(kMaxCameras) +
+                " are supported");
   }
   for (const CameraFormat& camera : cameras) {
     const std::uint64_t pixels = std::uint64_t{camera.width_px} * camera.height_px;

@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
 
-void add_run(BlobMoments& m, std::uint32_t x_begin, std::uint32_t x_end, const RunSums& s, std::uint32_t y) noexcept {
+void add_run(BlobMoments& m, std::uint32_t x_begin, std::uint32_t x_end, const RunSums& s,
+             std::uint32_t y) noexcept {
   const std::uint64_t x0 = x_begin, w = s.w, y64 = y;
   const std::uint64_t wx = s.wi + x0 * w;
   m.area += x_end - x_begin;
@@ -52,8 +53,8 @@ void LimitImage::set(std::span<const std::uint8_t> values) {
   }
 }
 
-BandLabeller::BandLabeller(std::uint32_t width_px, std::uint32_t y_begin, std::uint32_t y_end, bool band_above,
-                           bool band_below, std::uint32_t first_slot, std::size_t max_kept)
+BandLabeller::BandLabeller(std::uint32_t width_px, std::uint32_t y_begin, std::uint32_t y_end,
+                           bool band_above, bool band_below, std::uint32_t first_slot, std::size_t max_kept)
     : width_px_(width_px),
       y_begin_(y_begin),
       y_end_(y_end),

@@ -21,7 +21,9 @@ class LimitImage {
   void set(std::span<const std::uint8_t> values);
 
   const std::uint8_t* row(std::uint32_t y) const noexcept { return lines_[y * lines_per_row_].bytes; }
-  const std::uint8_t* coarse_row(std::uint32_t y) const noexcept { return coarse_.data() + y * coarse_stride_; }
+  const std::uint8_t* coarse_row(std::uint32_t y) const noexcept {
+    return coarse_.data() + y * coarse_stride_;
+  }
 
  private:
   struct alignas(64) CacheLine {
@@ -48,11 +50,11 @@ class BandLabeller {
   /// the current row.
   static std::uint32_t slots(std::uint32_t width_px) noexcept { return 3 * ((width_px + 1) / 2) + 1; }
 
-  BandLabeller(std::uint32_t width_px, std::uint32_t y_begin, std::uint32_t y_end, bool band_above, bool band_below,
-               std::uint32_t first_slot, std::size_t max_kept);
+  BandLabeller(std::uint32_t width_px, std::uint32_t y_begin, std::uint32_t y_end, bool band_above,
+               bool band_below, std::uint32_t first_slot, std::size_t max_kept);
 
-  void run(const ImageView& image, const LimitImage& limit, const RowKernels& kernels, const AreaFilter& filter,
-           ComponentTable& table) noexcept;
+  void run(const ImageView& image, const LimitImage& limit, const RowKernels& kernels,
+           const AreaFilter& filter, ComponentTable& table) noexcept;
   /// As run() on a band without light.
   void clear() noexcept;
 
@@ -67,11 +69,12 @@ class BandLabeller {
 
   std::uint32_t width_px_, y_begin_, y_end_, first_slot_;
   bool band_above_, band_below_;
-  std::uint32_t used_slots_ = 0;             // slots from here on were never taken in this frame
+  std::uint32_t used_slots_ = 0;              // slots from here on were never taken in this frame
   std::vector<std::uint32_t> free_, joined_;  // joined_: free once no run of this row refers to them
   struct RowMemory {
     std::vector<std::uint32_t> edges, component;
-    explicit RowMemory(std::uint32_t width_px) : edges(edges_needed(width_px)), component((width_px + 1) / 2) {}
+    explicit RowMemory(std::uint32_t width_px)
+        : edges(edges_needed(width_px)), component((width_px + 1) / 2) {}
   };
   RowMemory row_, other_row_, first_row_memory_;
   std::vector<RunSums> sums_;

@@ -32,7 +32,10 @@ std::uint32_t bands_of(std::uint32_t height_px, std::size_t cameras, unsigned th
 class CameraJob {
  public:
   CameraJob(const CameraFormat& format, std::uint32_t camera, std::uint32_t bands, std::size_t max_blobs)
-      : format_(format), camera_(camera), table_(std::size_t{bands} * BandLabeller::slots(format.width_px)), kept_(max_blobs) {
+      : format_(format),
+        camera_(camera),
+        table_(std::size_t{bands} * BandLabeller::slots(format.width_px)),
+        kept_(max_blobs) {
     for (std::uint32_t b = 0; b < bands; ++b) {
       const auto row = [&](std::uint32_t n) {
         return static_cast<std::uint32_t>(std::uint64_t{format.height_px} * n / bands);
@@ -60,7 +63,9 @@ class CameraJob {
     if (bands_left_.fetch_sub(1, std::memory_order_acq_rel) == 1) finish(filter);
   }
 
-  CameraBlobs blobs() const noexcept { return {records_, kept_.offered(), kept_.offered() > records_.size()}; }
+  CameraBlobs blobs() const noexcept {
+    return {records_, kept_.offered(), kept_.offered() > records_.size()};
+  }
 
  private:
   void finish(const AreaFilter& filter) noexcept {
@@ -101,13 +106,14 @@ class CameraJob {
 
 class CpuDetector final : public Detector {
  public:
-  CpuDetector(std::span<const CameraFormat> cameras, const DetectorOptions& options, const RowKernels& kernels)
+  CpuDetector(std::span<const CameraFormat> cameras, const DetectorOptions& options,
+              const RowKernels& kernels)
       : cameras_(cameras.begin(), cameras.end()),
         kernels_(kernels),
         filter_{options.min_area_px, options.max_area_px},
         depth_(options.depth),
-        name_("cpu (" + std::to_string(options.threads) + (options.threads == 1 ? " thread, " : " threads, ") +
-              kernels.name + ")") {
+        name_("cpu (" + std::to_string(options.threads) +
+              (options.threads == 1 ? " thread, " : " threads, ") + kernels.name + ")") {
     problem_.reserve(kProblemBytes);
     for (std::uint32_t i = 0; i < cameras_.size(); ++i) {
       const CameraFormat& format = cameras_[i];
@@ -141,7 +147,8 @@ class CpuDetector final : public Detector {
 
   RunStatus submit(std::span<const ImageView> images) noexcept override {
     if (in_flight_ == depth_) return RunStatus::Busy;
-    if (const RunStatus status = check_images(cameras_, images, problem_); status != RunStatus::Ok) return status;
+    if (const RunStatus status = check_images(cameras_, images, problem_); status != RunStatus::Ok)
+      return status;
     Set& set = sets_[(oldest_ + in_flight_) % sets_.size()];
     for (std::size_t i = 0; i < images.size(); ++i) set.cameras[i]->start(images[i]);
     set.items_left.store(static_cast<std::uint32_t>(items_.size()), std::memory_order_relaxed);
@@ -198,13 +205,14 @@ class CpuDetector final : public Detector {
 
 }  // namespace
 
-std::unique_ptr<Detector> make_cpu_detector(std::span<const CameraFormat> cameras, const DetectorOptions& options,
-                                            const RowKernels& kernels) {
+std::unique_ptr<Detector> make_cpu_detector(std::span<const CameraFormat> cameras,
+                                            const DetectorOptions& options, const RowKernels& kernels) {
   check_set_up(cameras, options);
   return std::make_unique<CpuDetector>(cameras, options, kernels);
 }
 
-std::unique_ptr<Detector> make_cpu_detector(std::span<const CameraFormat> cameras, const DetectorOptions& options) {
+std::unique_ptr<Detector> make_cpu_detector(std::span<const CameraFormat> cameras,
+                                            const DetectorOptions& options) {
   return make_cpu_detector(cameras, options, row_kernels().front());
 }
 

@@ -10,7 +10,7 @@
 
 namespace glint::gpu {
 
-std::unique_ptr<Detector> make_cpu_detector(std::span<const CameraFormat> cameras, const DetectorOptions& options,
-                                            const RowKernels& kernels);
+std::unique_ptr<Detector> make_cpu_detector(std::span<const CameraFormat> cameras,
+                                            const DetectorOptions& options, const RowKernels& kernels);
 
 }  // namespace glint::gpu

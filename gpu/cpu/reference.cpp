@@ -12,7 +12,8 @@ namespace glint::gpu {
 namespace {
 
 /// Bright: value > limit.
-void threshold(const ImageView& image, std::span<const std::uint8_t> limit, std::vector<std::uint8_t>& bright) {
+void threshold(const ImageView& image, std::span<const std::uint8_t> limit,
+               std::vector<std::uint8_t>& bright) {
   const std::size_t width = image.width_px, height = image.height_px;
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; ++x) {
@@ -91,7 +92,8 @@ class ReferenceDetector final : public Detector {
 
   RunStatus submit(std::span<const ImageView> images) noexcept override {
     if (in_flight_ == options_.depth) return RunStatus::Busy;
-    if (const RunStatus status = check_images(cameras_, images, problem_); status != RunStatus::Ok) return status;
+    if (const RunStatus status = check_images(cameras_, images, problem_); status != RunStatus::Ok)
+      return status;
     try {
       detect(images, sets_[(oldest_ + in_flight_) % sets_.size()]);
     } catch (const std::bad_alloc&) {

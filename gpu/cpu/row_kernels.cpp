@@ -32,8 +32,8 @@ std::uint64_t greater8(std::uint64_t a, std::uint64_t b) noexcept {
 }
 
 std::uint32_t scan_portable(const std::uint8_t* pixels, const std::uint8_t* limit,
-                            const std::uint8_t* /*limit_below*/, const std::uint8_t* coarse, std::uint32_t width,
-                            std::uint32_t* edges) noexcept {
+                            const std::uint8_t* /*limit_below*/, const std::uint8_t* coarse,
+                            std::uint32_t width, std::uint32_t* edges) noexcept {
   EdgeWriter writer(edges);
   std::array<std::uint8_t, 64> tail{};
   for (std::uint32_t x = 0; x < width; x += 64) {

@@ -88,7 +88,7 @@ class EdgeWriter {
  private:
   std::uint32_t* edges_;
   std::uint32_t count_ = 0, end_ = 0;  // end_: behind the pixels added last
-  std::uint64_t lit_ = 0;  // 1: the last pixel so far was bright
+  std::uint64_t lit_ = 0;              // 1: the last pixel so far was bright
 };
 
 }  // namespace glint::gpu

@@ -32,8 +32,8 @@ constexpr std::uint32_t kPiece = 176;
 }
 
 /// The pixels x .. x + n - 1 (n <= 16), zeros behind them; nothing is read behind the row.
-[[gnu::always_inline]] inline __m128i load_pixels(const std::uint8_t* pixels, std::uint32_t x, std::uint32_t n,
-                                                  std::uint32_t width) noexcept {
+[[gnu::always_inline]] inline __m128i load_pixels(const std::uint8_t* pixels, std::uint32_t x,
+                                                  std::uint32_t n, std::uint32_t width) noexcept {
   if (x + 16 > width) [[unlikely]] {
     std::uint8_t end_of_row[16] = {};
     for (std::uint32_t i = 0; i < n; ++i) end_of_row[i] = pixels[x + i];
@@ -43,8 +43,9 @@ constexpr std::uint32_t kPiece = 176;
 }
 
 /// Adds a piece that starts at pixel `offset` of its run.
-[[gnu::always_inline]] inline void add_piece(RunSums& s, std::uint64_t offset, std::uint32_t sum, std::uint32_t w,
-                                             std::uint64_t wi, std::uint64_t wii, std::uint32_t peak) noexcept {
+[[gnu::always_inline]] inline void add_piece(RunSums& s, std::uint64_t offset, std::uint32_t sum,
+                                             std::uint32_t w, std::uint64_t wi, std::uint64_t wii,
+                                             std::uint32_t peak) noexcept {
   s.sum += sum;
   s.w += w;
   s.wi += wi + offset * w;
@@ -77,8 +78,8 @@ GLINT_AVX2 inline std::uint64_t above_bits(__m256i v, const std::uint8_t* limit)
 }
 
 GLINT_AVX2 std::uint32_t scan_avx2(const std::uint8_t* pixels, const std::uint8_t* limit,
-                                   const std::uint8_t* limit_below, const std::uint8_t* coarse, std::uint32_t width,
-                                   std::uint32_t* edges) noexcept {
+                                   const std::uint8_t* limit_below, const std::uint8_t* coarse,
+                                   std::uint32_t width, std::uint32_t* edges) noexcept {
   EdgeWriter writer(edges);
   std::uint32_t x = 0;
   for (; x + kCoarsePixels <= width; x += kCoarsePixels) {
@@ -89,13 +90,15 @@ GLINT_AVX2 std::uint32_t scan_avx2(const std::uint8_t* pixels, const std::uint8_
     const __m256i c = _mm256_max_epu8(load32(p + 128), load32(p + 160));
     const __m256i d = _mm256_max_epu8(load32(p + 192), load32(p + 224));
     if (!any_above(_mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d)), floor)) continue;
-    unsigned groups = static_cast<unsigned>(any_above(a, floor)) | static_cast<unsigned>(any_above(b, floor)) << 1 |
-                      static_cast<unsigned>(any_above(c, floor)) << 2 | static_cast<unsigned>(any_above(d, floor)) << 3;
+    unsigned groups =
+        static_cast<unsigned>(any_above(a, floor)) | static_cast<unsigned>(any_above(b, floor)) << 1 |
+        static_cast<unsigned>(any_above(c, floor)) << 2 | static_cast<unsigned>(any_above(d, floor)) << 3;
     for (; groups != 0; groups &= groups - 1) {
       const auto group = static_cast<std::uint32_t>(std::countr_zero(groups)) * 64;
       const std::uint8_t* l = limit + x + group;
       prefetch(limit_below + x + group);
-      writer.add(above_bits(load32(p + group), l) | (above_bits(load32(p + group + 32), l + 32) << 32), x + group);
+      writer.add(above_bits(load32(p + group), l) | (above_bits(load32(p + group + 32), l + 32) << 32),
+                 x + group);
     }
   }
   std::array<std::uint8_t, 64> tail{};
@@ -162,8 +165,8 @@ GLINT_AVX2 void measure_avx2(const std::uint8_t* pixels, const std::uint8_t* lim
 }
 
 std::uint32_t scan_sse2(const std::uint8_t* pixels, const std::uint8_t* limit,
-                        const std::uint8_t* limit_below, const std::uint8_t* coarse,
-                        std::uint32_t width, std::uint32_t* edges) noexcept {
+                        const std::uint8_t* limit_below, const std::uint8_t* coarse, std::uint32_t width,
+                        std::uint32_t* edges) noexcept {
   EdgeWriter writer(edges);
   std::array<std::uint8_t, 64> tail{};
   for (std::uint32_t x = 0; x < width; x += 64) {
@@ -192,8 +195,8 @@ std::uint32_t scan_sse2(const std::uint8_t* pixels, const std::uint8_t* limit,
   return static_cast<std::uint32_t>(_mm_cvtsi128_si32(v));
 }
 
-void measure_sse2(const std::uint8_t* pixels, const std::uint8_t* limit, std::uint32_t width, const std::uint32_t* edges,
-                  std::uint32_t runs, RunSums* sums) noexcept {
+void measure_sse2(const std::uint8_t* pixels, const std::uint8_t* limit, std::uint32_t width,
+                  const std::uint32_t* edges, std::uint32_t runs, RunSums* sums) noexcept {
   const __m128i zero = _mm_setzero_si128(), sixteen = _mm_set1_epi16(16);
   for (std::uint32_t r = 0; r < runs; ++r) {
     const std::uint32_t length = edges[2 * r + 1] - edges[2 * r];
@@ -217,7 +220,8 @@ void measure_sse2(const std::uint8_t* pixels, const std::uint8_t* limit, std::ui
         index_lo = _mm_add_epi16(index_lo, sixteen);
         index_hi = _mm_add_epi16(index_hi, sixteen);
       }
-      add_piece(s, offset, add_lanes(sum_v), add_lanes(sum_w), add_lanes(wi), add_lanes(wii), max_byte_sse2(peak));
+      add_piece(s, offset, add_lanes(sum_v), add_lanes(sum_w), add_lanes(wi), add_lanes(wii),
+                max_byte_sse2(peak));
     }
     sums[r] = s;
   }
@@ -228,8 +232,8 @@ void measure_sse2(const std::uint8_t* pixels, const std::uint8_t* limit, std::ui
 std::span<const RowKernels> x86_row_kernels() noexcept {
   static constexpr std::array<RowKernels, 2> kKernels = {
       {{"AVX2", scan_avx2, measure_avx2}, {"SSE2", scan_sse2, measure_sse2}}};
-  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
-                    __builtin_cpu_supports("popcnt");
+  const bool avx2 =
+      __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("popcnt");
   return std::span<const RowKernels>(kKernels).subspan(avx2 ? 0 : 1);
 }
 

@@ -30,7 +30,8 @@ void check_set_up(std::span<const CameraFormat> cameras, const DetectorOptions& 
                         std::all_of(lens.k1_k2_p1_p2_k3.begin(), lens.k1_k2_p1_p2_k3.end(),
                                     [](double k) { return std::isfinite(k); });
     if (!finite || lens.fx_px == 0.0 || lens.fy_px == 0.0) {
-      throw Error(who + "the lens has a focal length of 0 or a number that is not finite; check its calibration");
+      throw Error(who +
+                  "the lens has a focal length of 0 or a number that is not finite; check its calibration");
     }
   }
   if (options.min_area_px > options.max_area_px) {
@@ -71,8 +72,9 @@ RunStatus check_images(std::span<const CameraFormat> cameras, std::span<const Im
     if (image.pixels == nullptr) continue;
     if (image.width_px != cameras[i].width_px || image.height_px != cameras[i].height_px ||
         image.stride_bytes < image.width_px || image.format != PixelFormat::Grey8) {
-      std::snprintf(text, sizeof text, "camera %zu gave %ux%u px with stride %u; it should be %ux%u px of 8-bit grey", i,
-                    image.width_px, image.height_px, image.stride_bytes, cameras[i].width_px, cameras[i].height_px);
+      std::snprintf(
+          text, sizeof text, "camera %zu gave %ux%u px with stride %u; it should be %ux%u px of 8-bit grey",
+          i, image.width_px, image.height_px, image.stride_bytes, cameras[i].width_px, cameras[i].height_px);
       problem.assign(text);
       return RunStatus::BadImage;
     }

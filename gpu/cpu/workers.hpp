@@ -31,7 +31,7 @@ class Workers {
 
  private:
   struct alignas(64) Job {
-    std::atomic<std::uint32_t> next{0xffff0000u};  // next item to take
+    std::atomic<std::uint32_t> next{0xffff0000u};    // next item to take
     alignas(64) std::atomic<std::uint32_t> left{0};  // items not done
   };
   void take_items(unsigned slot) noexcept;
@@ -42,7 +42,8 @@ class Workers {
   Work work_;
   void* context_;
   std::unique_ptr<Job[]> jobs_;
-  alignas(64) std::atomic<std::uint64_t> started_{0};  // 64 bits: never comes round, so job number modulo slots is the slot
+  alignas(64) std::atomic<std::uint64_t> started_{
+      0};  // 64 bits: never comes round, so job number modulo slots is the slot
   std::atomic<bool> stopping_{false};
   std::vector<std::jthread> helpers_;
 };

@@ -33,17 +33,23 @@ std::string uuid_text(const vk::ArrayWrapper1D<std::uint8_t, VK_UUID_SIZE>& uuid
 
 const char* type_name(vk::PhysicalDeviceType type) {
   switch (type) {
-    case vk::PhysicalDeviceType::eDiscreteGpu: return "discrete";
-    case vk::PhysicalDeviceType::eIntegratedGpu: return "integrated";
-    case vk::PhysicalDeviceType::eVirtualGpu: return "virtual";
-    case vk::PhysicalDeviceType::eCpu: return "software";
-    default: return "other";
+    case vk::PhysicalDeviceType::eDiscreteGpu:
+      return "discrete";
+    case vk::PhysicalDeviceType::eIntegratedGpu:
+      return "integrated";
+    case vk::PhysicalDeviceType::eVirtualGpu:
+      return "virtual";
+    case vk::PhysicalDeviceType::eCpu:
+      return "software";
+    default:
+      return "other";
   }
 }
 
 std::set<std::string> extension_names(const vk::raii::PhysicalDevice& device) {
   std::set<std::string> names;
-  for (const vk::ExtensionProperties& e : device.enumerateDeviceExtensionProperties()) names.insert(e.extensionName);
+  for (const vk::ExtensionProperties& e : device.enumerateDeviceExtensionProperties())
+    names.insert(e.extensionName);
   return names;
 }
 
@@ -83,8 +89,9 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& device, std::uint32_t number
   info.uuid = uuid_text(properties.get<vk::PhysicalDeviceIDProperties>().deviceUUID);
   info.subgroup_size = properties.get<vk::PhysicalDeviceSubgroupProperties>().subgroupSize;
   if (has_driver_properties) {
-    const auto driver = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>()
-                            .get<vk::PhysicalDeviceDriverProperties>();
+    const auto driver =
+        device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>()
+            .get<vk::PhysicalDeviceDriverProperties>();
     info.driver_name = driver.driverName.data();
     info.driver_info = driver.driverInfo.data();
   }
@@ -104,7 +111,8 @@ VulkanInstance::VulkanInstance(const MessageSink& on_validation_message) {
     context_ = std::make_unique<vk::raii::Context>();
   } catch (const std::exception& e) {
     throw Error(std::string("no Vulkan loader (libvulkan.so.1): install libvulkan1 and a driver such as "
-                            "mesa-vulkan-drivers, or use --device cpu (") + e.what() + ")");
+                            "mesa-vulkan-drivers, or use --device cpu (") +
+                e.what() + ")");
   }
   const bool validate = static_cast<bool>(on_validation_message);
   try {
@@ -139,7 +147,8 @@ VulkanInstance::VulkanInstance(const MessageSink& on_validation_message) {
 std::vector<DeviceInfo> VulkanInstance::devices() const {
   std::vector<DeviceInfo> all;
   std::uint32_t number = 0;
-  for (const vk::raii::PhysicalDevice& device : vk::raii::PhysicalDevices(*instance_)) all.push_back(describe(device, number++));
+  for (const vk::raii::PhysicalDevice& device : vk::raii::PhysicalDevices(*instance_))
+    all.push_back(describe(device, number++));
   return all;
 }
 
@@ -149,7 +158,9 @@ vk::raii::PhysicalDevice VulkanInstance::physical_device(std::uint32_t device_in
 }
 
 VulkanDevice::VulkanDevice(const VulkanInstance& instance, const DeviceInfo& device_info)
-    : info(device_info), physical(instance.physical_device(device_info.index)), device(make_device()),
+    : info(device_info),
+      physical(instance.physical_device(device_info.index)),
+      device(make_device()),
       queue(device, queue_family, 0),
       command_pool(device, {vk::CommandPoolCreateFlagBits::eResetCommandBuffer, queue_family}) {}
 
@@ -157,8 +168,9 @@ vk::raii::Device VulkanDevice::make_device() {
   queue_family = compute_family(physical).value();
   timestamp_bits = physical.getQueueFamilyProperties()[queue_family].timestampValidBits;
   limits = physical.getProperties().limits;
-  const auto subgroup = physical.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceSubgroupProperties>()
-                            .get<vk::PhysicalDeviceSubgroupProperties>();
+  const auto subgroup =
+      physical.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceSubgroupProperties>()
+          .get<vk::PhysicalDeviceSubgroupProperties>();
   has_vote = (subgroup.supportedOperations & vk::SubgroupFeatureFlagBits::eVote) &&
              (subgroup.supportedStages & vk::ShaderStageFlagBits::eCompute);
 
@@ -171,7 +183,8 @@ vk::raii::Device VulkanDevice::make_device() {
                            .get<vk::PhysicalDeviceExternalMemoryHostPropertiesEXT>()
                            .minImportedHostPointerAlignment;
   }
-  // GPU-assisted validation writes from every stage; ask for what the device has, nothing else needs features.
+  // GPU-assisted validation writes from every stage; ask for what the device has, nothing else needs
+  // features.
   const vk::PhysicalDeviceFeatures available = physical.getFeatures();
   vk::PhysicalDeviceFeatures features;
   features.fragmentStoresAndAtomics = available.fragmentStoresAndAtomics;
@@ -204,46 +217,53 @@ std::optional<std::uint32_t> VulkanDevice::memory_type(std::uint32_t bits, vk::M
 }
 
 VulkanDevice::Buffer VulkanDevice::make_buffer(vk::DeviceSize size, vk::BufferUsageFlags usage,
-                                               vk::MemoryPropertyFlags required, vk::MemoryPropertyFlags preferred,
-                                               const char* name) const {
+                                               vk::MemoryPropertyFlags required,
+                                               vk::MemoryPropertyFlags preferred, const char* name) const {
   Buffer made;
   made.size = size;
   try {
     made.buffer = vk::raii::Buffer(device, vk::BufferCreateInfo({}, size, usage));
     const vk::MemoryRequirements needs = made.buffer.getMemoryRequirements();
     const auto type = memory_type(needs.memoryTypeBits, required, preferred);
-    if (!type) throw Error("Vulkan device \"" + info.name + "\" has no memory of the kind needed for " + name);
+    if (!type)
+      throw Error("Vulkan device \"" + info.name + "\" has no memory of the kind needed for " + name);
     made.memory = vk::raii::DeviceMemory(device, vk::MemoryAllocateInfo(needs.size, *type));
     made.buffer.bindMemory(*made.memory, 0);
     if (required & vk::MemoryPropertyFlagBits::eHostVisible) {
       made.mapped = static_cast<std::byte*>(made.memory.mapMemory(0, VK_WHOLE_SIZE));
     }
   } catch (const vk::SystemError& e) {
-    throw Error("Vulkan device \"" + info.name + "\": no " + std::to_string(size >> 10) + " KiB for " + name + ": " +
-                e.what() + "; use fewer or smaller cameras, or another --device");
+    throw Error("Vulkan device \"" + info.name + "\": no " + std::to_string(size >> 10) + " KiB for " + name +
+                ": " + e.what() + "; use fewer or smaller cameras, or another --device");
   }
-  set_name(vk::ObjectType::eBuffer, reinterpret_cast<std::uint64_t>(static_cast<VkBuffer>(*made.buffer)), name);
+  set_name(vk::ObjectType::eBuffer, reinterpret_cast<std::uint64_t>(static_cast<VkBuffer>(*made.buffer)),
+           name);
   return made;
 }
 
 std::optional<VulkanDevice::Buffer> VulkanDevice::import_buffer(std::span<std::byte> memory,
-                                                                vk::BufferUsageFlags usage, const char* name) const {
+                                                                vk::BufferUsageFlags usage,
+                                                                const char* name) const {
   const auto address = reinterpret_cast<std::uintptr_t>(memory.data());
-  if (import_alignment == 0 || address % import_alignment != 0 || memory.size() % import_alignment != 0) return std::nullopt;
+  if (import_alignment == 0 || address % import_alignment != 0 || memory.size() % import_alignment != 0)
+    return std::nullopt;
   constexpr auto kKind = vk::ExternalMemoryHandleTypeFlagBits::eHostAllocationEXT;
   try {
     Buffer made;
     made.size = memory.size();
     const vk::ExternalMemoryBufferCreateInfo external(kKind);
     made.buffer = vk::raii::Buffer(device, vk::BufferCreateInfo({}, made.size, usage, {}, {}, {}, &external));
-    const std::uint32_t pointer_bits = device.getMemoryHostPointerPropertiesEXT(kKind, memory.data()).memoryTypeBits;
-    const auto type = memory_type(pointer_bits & made.buffer.getMemoryRequirements().memoryTypeBits, {},
-                                  vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCached);
+    const std::uint32_t pointer_bits =
+        device.getMemoryHostPointerPropertiesEXT(kKind, memory.data()).memoryTypeBits;
+    const auto type =
+        memory_type(pointer_bits & made.buffer.getMemoryRequirements().memoryTypeBits, {},
+                    vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCached);
     if (!type) return std::nullopt;
     const vk::ImportMemoryHostPointerInfoEXT import(kKind, memory.data());
     made.memory = vk::raii::DeviceMemory(device, vk::MemoryAllocateInfo(made.size, *type, &import));
     made.buffer.bindMemory(*made.memory, 0);
-    set_name(vk::ObjectType::eBuffer, reinterpret_cast<std::uint64_t>(static_cast<VkBuffer>(*made.buffer)), name);
+    set_name(vk::ObjectType::eBuffer, reinterpret_cast<std::uint64_t>(static_cast<VkBuffer>(*made.buffer)),
+             name);
     return made;
   } catch (const vk::SystemError&) {
     return std::nullopt;  // the caller copies instead, and says so
@@ -251,7 +271,8 @@ std::optional<VulkanDevice::Buffer> VulkanDevice::import_buffer(std::span<std::b
 }
 
 vk::raii::BufferView VulkanDevice::make_texel_view(const Buffer& buffer) const {
-  return {device, vk::BufferViewCreateInfo({}, *buffer.buffer, vk::Format::eR32G32B32A32Uint, 0, buffer.size / 16 * 16)};
+  return {device, vk::BufferViewCreateInfo({}, *buffer.buffer, vk::Format::eR32G32B32A32Uint, 0,
+                                           buffer.size / 16 * 16)};
 }
 
 void VulkanDevice::set_name(vk::ObjectType type, std::uint64_t handle, const char* name) const {

@@ -19,7 +19,8 @@ using MessageSink = std::function<void(const std::string&)>;
 /// Loader and instance. Throws Error if there is no Vulkan loader or it refuses.
 class VulkanInstance {
  public:
-  /// With a sink the Khronos validation layer is loaded and every message goes there. Throws Error if it is missing.
+  /// With a sink the Khronos validation layer is loaded and every message goes there. Throws Error if it is
+  /// missing.
   explicit VulkanInstance(const MessageSink& on_validation_message = {});
 
   std::vector<DeviceInfo> devices() const;
@@ -48,7 +49,8 @@ struct VulkanDevice {
   Buffer make_buffer(vk::DeviceSize size, vk::BufferUsageFlags usage, vk::MemoryPropertyFlags required,
                      vk::MemoryPropertyFlags preferred, const char* name) const;
   /// Host memory as a buffer, without a copy; nothing where the device or its driver declines.
-  std::optional<Buffer> import_buffer(std::span<std::byte> memory, vk::BufferUsageFlags usage, const char* name) const;
+  std::optional<Buffer> import_buffer(std::span<std::byte> memory, vk::BufferUsageFlags usage,
+                                      const char* name) const;
   vk::raii::BufferView make_texel_view(const Buffer& buffer) const;  ///< 16-byte texels over the whole buffer
   void set_name(vk::ObjectType type, std::uint64_t handle, const char* name) const;
   /// Runs commands once and waits.

@@ -21,22 +21,29 @@ FramePath choose_path(const VulkanDevice& gpu, FramePath wanted) {
 
 class VulkanDetector final : public Detector {
  public:
-  VulkanDetector(const DeviceInfo& device, std::span<const CameraFormat> cameras, const DetectorOptions& options,
-                 const VulkanTestHooks& hooks)
-      : cameras_(cameras.begin(), cameras.end()), options_(options), instance_(options.on_validation_message),
-        gpu_(instance_, device), pipelines_(gpu_), layout_(cameras, gpu_.limits.maxStorageBufferRange), path_(choose_path(gpu_, options.frame_path)),
+  VulkanDetector(const DeviceInfo& device, std::span<const CameraFormat> cameras,
+                 const DetectorOptions& options, const VulkanTestHooks& hooks)
+      : cameras_(cameras.begin(), cameras.end()),
+        options_(options),
+        instance_(options.on_validation_message),
+        gpu_(instance_, device),
+        pipelines_(gpu_),
+        layout_(cameras, gpu_.limits.maxStorageBufferRange),
+        path_(choose_path(gpu_, options.frame_path)),
         name_(device.name) {
     check_size();
     using Usage = vk::BufferUsageFlagBits;
-    limits_.limits = gpu_.make_buffer(layout_.limit_bytes, Usage::eUniformTexelBuffer | Usage::eTransferDst, {},
-                                      vk::MemoryPropertyFlagBits::eDeviceLocal, "limit images");
-    limits_.tile_floors = gpu_.make_buffer(vk::DeviceSize{layout_.tiles} * 4, Usage::eStorageBuffer | Usage::eTransferDst,
-                                           {}, vk::MemoryPropertyFlagBits::eDeviceLocal, "tile floors");
+    limits_.limits = gpu_.make_buffer(layout_.limit_bytes, Usage::eUniformTexelBuffer | Usage::eTransferDst,
+                                      {}, vk::MemoryPropertyFlagBits::eDeviceLocal, "limit images");
+    limits_.tile_floors =
+        gpu_.make_buffer(vk::DeviceSize{layout_.tiles} * 4, Usage::eStorageBuffer | Usage::eTransferDst, {},
+                         vk::MemoryPropertyFlagBits::eDeviceLocal, "tile floors");
     limits_.limits_view.emplace(gpu_.make_texel_view(limits_.limits));
-    const BlobPushConstants push{options.min_area_px, options.max_area_px, options.max_blobs_per_camera, layout_.slots};
+    const BlobPushConstants push{options.min_area_px, options.max_area_px, options.max_blobs_per_camera,
+                                 layout_.slots};
     for (unsigned i = 0; i < std::max(1u, options.depth); ++i) {
-      sets_.push_back(std::make_unique<Set>(gpu_, pipelines_, layout_, limits_, push, path_ == FramePath::Upload,
-                                            hooks.omitted_barrier));
+      sets_.push_back(std::make_unique<Set>(gpu_, pipelines_, layout_, limits_, push,
+                                            path_ == FramePath::Upload, hooks.omitted_barrier));
       Set& set = *sets_.back();
       set.moved.assign(cameras.size(), nullptr);
       set.sorted.resize(cameras.size());
@@ -65,11 +72,13 @@ class VulkanDetector final : public Detector {
     }
     if (in_flight_ > 0) throw Error("limit images cannot change while frame sets are in flight");
     shaders::CameraParams& p = layout_.params[camera];
-    const std::size_t stride = layout_.stride_bytes(camera), rows = std::size_t{p.tiles_y} * shaders::kTileHeight;
+    const std::size_t stride = layout_.stride_bytes(camera),
+                      rows = std::size_t{p.tiles_y} * shaders::kTileHeight;
     const std::size_t floors_at = stride * rows;
     const VulkanDevice::Buffer staging = gpu_.make_buffer(
         floors_at + std::size_t{p.tiles_x} * p.tiles_y * 4, vk::BufferUsageFlagBits::eTransferSrc,
-        vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent, {}, "staged limits");
+        vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent, {},
+        "staged limits");
     std::memset(staging.mapped, 255, floors_at);  // beyond the image nothing is bright
     for (std::uint32_t y = 0; y < p.height_px; ++y) {
       std::memcpy(staging.mapped + y * stride, limit.data() + std::size_t{y} * p.width_px, p.width_px);
@@ -93,7 +102,8 @@ class VulkanDetector final : public Detector {
       commands.copyBuffer(*staging.buffer, *limits_.limits.buffer,
                           vk::BufferCopy(0, vk::DeviceSize{p.limit_texel} * 16, floors_at));
       commands.copyBuffer(*staging.buffer, *limits_.tile_floors.buffer,
-                          vk::BufferCopy(floors_at, vk::DeviceSize{p.tile_base} * 4, vk::DeviceSize{p.tiles_x} * p.tiles_y * 4));
+                          vk::BufferCopy(floors_at, vk::DeviceSize{p.tile_base} * 4,
+                                         vk::DeviceSize{p.tiles_x} * p.tiles_y * 4));
     });
     for (const auto& set : sets_) set->work.params()[camera].floor_splat = p.floor_splat;
   }
@@ -125,10 +135,11 @@ class VulkanDetector final : public Detector {
   RunStatus submit(std::span<const ImageView> images) noexcept override {
     if (in_flight_ == sets_.size()) return RunStatus::Busy;
     if (images.size() != cameras_.size()) return bad_image("the set does not have one image per camera");
-    bool in_place = path_ == FramePath::Import;
+    bool in_place = path_ == FramePath::Import && adopted_.has_value();
     for (std::uint32_t i = 0; i < images.size(); ++i) {
       if (images[i].pixels == nullptr) continue;
-      if (!fits(i, images[i])) return bad_image("an image of camera " + std::to_string(i + 1) + " has the wrong size");
+      if (!fits(i, images[i]))
+        return bad_image("an image of camera " + std::to_string(i + 1) + " has the wrong size");
       in_place = in_place && readable_in_place(i, images[i]);
     }
     Set& set = *sets_[next_];
@@ -178,24 +189,26 @@ class VulkanDetector final : public Detector {
       std::vector<BlobRecord>& sorted = set.sorted[i];
       sorted.assign(records.begin(), records.begin() + static_cast<std::ptrdiff_t>(kept));
       std::sort(sorted.begin(), sorted.end(), [](const BlobRecord& a, const BlobRecord& b) {
-        return std::tie(a.y_min_px, a.x_min_px, a.area_px, a.sum) < std::tie(b.y_min_px, b.x_min_px, b.area_px, b.sum);
+        return std::tie(a.y_min_px, a.x_min_px, a.area_px, a.sum) <
+               std::tie(b.y_min_px, b.x_min_px, b.area_px, b.sum);
       });
       batch.cameras[i] = {sorted, counters.blobs, counters.blobs > kept || counters.flags != 0};
     }
     batch.stages.clear();
     const std::span<const double> seconds = set.work.stage_seconds(large);
-    for (std::size_t i = 0; i < seconds.size(); ++i) batch.stages.push_back({FrameSetWork::kStages[i], seconds[i]});
+    for (std::size_t i = 0; i < seconds.size(); ++i)
+      batch.stages.push_back({FrameSetWork::kStages[i], seconds[i]});
     return RunStatus::Ok;
   }
 
  private:
   struct Set {
-    Set(const VulkanDevice& gpu, const Pipelines& pipelines, const WorkLayout& layout, const LimitBuffers& limits,
-        const BlobPushConstants& push, bool upload, int omitted_barrier)
+    Set(const VulkanDevice& gpu, const Pipelines& pipelines, const WorkLayout& layout,
+        const LimitBuffers& limits, const BlobPushConstants& push, bool upload, int omitted_barrier)
         : work(gpu, pipelines, layout, limits, push, upload, omitted_barrier) {}
     FrameSetWork work;
     const FrameSetWork::Commands* commands = nullptr;  // of the set in flight
-    std::vector<const std::uint8_t*> moved;  // what upload() has moved for the next submit
+    std::vector<const std::uint8_t*> moved;            // what upload() has moved for the next submit
     std::vector<std::vector<BlobRecord>> sorted;
   };
 
@@ -233,14 +246,16 @@ class VulkanDetector final : public Detector {
   bool move_frame(Set& set, std::uint32_t camera, const ImageView& image) noexcept {
     const std::size_t stride = layout_.stride_bytes(camera), offset = layout_.frame_offset[camera];
     const std::size_t bytes = stride * image.height_px;
-    const bool adopted = path_ == FramePath::Upload && image.stride_bytes == stride && inside_adopted(image, bytes);
+    const bool adopted =
+        path_ == FramePath::Upload && image.stride_bytes == stride && inside_adopted(image, bytes);
     if (!adopted) {
       std::byte* target = (path_ == FramePath::Upload ? set.work.staging : set.work.frames).mapped + offset;
       if (image.stride_bytes == stride) {
         std::memcpy(target, image.pixels, bytes - (stride - image.width_px));
       } else {
         for (std::uint32_t y = 0; y < image.height_px; ++y) {
-          std::memcpy(target + y * stride, image.pixels + std::size_t{y} * image.stride_bytes, image.width_px);
+          std::memcpy(target + y * stride, image.pixels + std::size_t{y} * image.stride_bytes,
+                      image.width_px);
         }
       }
     }
@@ -252,8 +267,9 @@ class VulkanDetector final : public Detector {
       commands.copyBuffer(adopted ? *adopted_->buffer : *set.work.staging.buffer, *set.work.frames.buffer,
                           vk::BufferCopy(adopted ? offset_in_adopted(image) : offset, offset, bytes));
       // This frame -> candidate tiles and everything later
-      commands.pipelineBarrier(vk::PipelineStageFlagBits::eTransfer, vk::PipelineStageFlagBits::eComputeShader, {},
-                               vk::MemoryBarrier(vk::AccessFlagBits::eTransferWrite, vk::AccessFlagBits::eShaderRead), {}, {});
+      commands.pipelineBarrier(
+          vk::PipelineStageFlagBits::eTransfer, vk::PipelineStageFlagBits::eComputeShader, {},
+          vk::MemoryBarrier(vk::AccessFlagBits::eTransferWrite, vk::AccessFlagBits::eShaderRead), {}, {});
       commands.end();
       const vk::CommandBuffer raw = *commands;
       gpu_.queue.submit(vk::SubmitInfo({}, {}, raw));
@@ -276,7 +292,8 @@ class VulkanDetector final : public Detector {
 
   RunStatus wait(const Set& set) noexcept {
     try {
-      if (gpu_.device.waitForFences(*set.work.done, true, kTimeoutNs) != vk::Result::eTimeout) return RunStatus::Ok;
+      if (gpu_.device.waitForFences(*set.work.done, true, kTimeoutNs) != vk::Result::eTimeout)
+        return RunStatus::Ok;
       last_error_ = "Vulkan device \"" + name_ + "\" did not finish a frame set within 10 s";
       return RunStatus::Timeout;
     } catch (const std::exception& e) {
@@ -312,7 +329,8 @@ class VulkanDetector final : public Detector {
 
 }  // namespace
 
-std::unique_ptr<Detector> make_vulkan_detector(const DeviceInfo& device, std::span<const CameraFormat> cameras,
+std::unique_ptr<Detector> make_vulkan_detector(const DeviceInfo& device,
+                                               std::span<const CameraFormat> cameras,
                                                const DetectorOptions& options, const VulkanTestHooks& hooks) {
   try {
     return std::make_unique<VulkanDetector>(device, cameras, options, hooks);
@@ -324,7 +342,8 @@ std::unique_ptr<Detector> make_vulkan_detector(const DeviceInfo& device, std::sp
 std::vector<DeviceInfo> list_devices(std::string* problem) {
   try {
     std::vector<DeviceInfo> devices = VulkanInstance().devices();
-    if (devices.empty() && problem != nullptr) *problem = "no Vulkan driver is installed (Mesa: mesa-vulkan-drivers)";
+    if (devices.empty() && problem != nullptr)
+      *problem = "no Vulkan driver is installed (Mesa: mesa-vulkan-drivers)";
     return devices;
   } catch (const std::exception& e) {
     if (problem != nullptr) *problem = e.what();

@@ -9,8 +9,8 @@
 
 namespace glint::gpu {
 
-/// Barriers between commands of one command buffer, numbered as they are recorded. Those towards the host and between
-/// command buffers are not counted: synchronization validation does not look there.
+/// Barriers between commands of one command buffer, numbered as they are recorded. Those towards the host and
+/// between command buffers are not counted: synchronization validation does not look there.
 inline constexpr int kBarriers = 6;
 
 /// For tests that prove that each barrier is needed.
@@ -19,7 +19,9 @@ struct VulkanTestHooks {
 };
 
 /// device: as listed by list_devices(). Throws Error.
-std::unique_ptr<Detector> make_vulkan_detector(const DeviceInfo& device, std::span<const CameraFormat> cameras,
-                                               const DetectorOptions& options, const VulkanTestHooks& hooks = {});
+std::unique_ptr<Detector> make_vulkan_detector(const DeviceInfo& device,
+                                               std::span<const CameraFormat> cameras,
+                                               const DetectorOptions& options,
+                                               const VulkanTestHooks& hooks = {});
 
 }  // namespace glint::gpu

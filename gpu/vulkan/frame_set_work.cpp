@@ -26,7 +26,8 @@ vk::raii::DescriptorPool make_pool(const VulkanDevice& gpu) {
   const std::array sizes{vk::DescriptorPoolSize(vk::DescriptorType::eUniformBuffer, 2),
                          vk::DescriptorPoolSize(vk::DescriptorType::eUniformTexelBuffer, 4),
                          vk::DescriptorPoolSize(vk::DescriptorType::eStorageBuffer, 2 * (kBindingCount - 3))};
-  return {gpu.device, vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, 2, sizes)};
+  return {gpu.device,
+          vk::DescriptorPoolCreateInfo(vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, 2, sizes)};
 }
 
 }  // namespace
@@ -37,11 +38,10 @@ WorkLayout::WorkLayout(std::span<const CameraFormat> cameras, std::uint32_t larg
     all_tiles += std::uint64_t{groups(camera.width_px, shaders::kTileWidth)} *
                  (groups(camera.height_px, shaders::kTileHeight));
   }
-  // A tile holds at most 32 components, but images that come near that everywhere hold more blobs than there is room
-  // for. Eight more than one a tile covers lines as close as they can be and noise of any density that is not an
-  // overflow anyway; fewer where the device's largest buffer is small.
+  // A tile holds at most 32 components. On a device whose largest buffer is too small for that, images with
+  // many components in every tile overflow before they have more blobs than there is room for.
   const std::uint64_t fit = largest_buffer_bytes / (all_tiles * kSumFields * 4);
-  const auto extra_per_tile = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(fit, 2, 9) - 1);
+  const auto extra_per_tile = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(fit, 2, 32) - 1);
   std::uint32_t limit_texels = 0;
   for (const CameraFormat& camera : cameras) {
     shaders::CameraParams p{};
@@ -77,10 +77,18 @@ WorkLayout::WorkLayout(std::span<const CameraFormat> cameras, std::uint32_t larg
 }
 
 FrameSetWork::FrameSetWork(const VulkanDevice& gpu, const Pipelines& pipelines, const WorkLayout& layout,
-                           const LimitBuffers& limits, const BlobPushConstants& options, bool upload, int omitted_barrier)
-    : done(gpu.device, vk::FenceCreateInfo()), gpu_(gpu), pipelines_(pipelines), limits_(limits), options_(options),
-      cameras_(static_cast<std::uint32_t>(layout.params.size())), most_tiles_x_(layout.most_tiles_x),
-      most_tiles_y_(layout.most_tiles_y), omitted_barrier_(omitted_barrier), pool_(make_pool(gpu)),
+                           const LimitBuffers& limits, const BlobPushConstants& options, bool upload,
+                           int omitted_barrier)
+    : done(gpu.device, vk::FenceCreateInfo()),
+      gpu_(gpu),
+      pipelines_(pipelines),
+      limits_(limits),
+      options_(options),
+      cameras_(static_cast<std::uint32_t>(layout.params.size())),
+      most_tiles_x_(layout.most_tiles_x),
+      most_tiles_y_(layout.most_tiles_y),
+      omitted_barrier_(omitted_barrier),
+      pool_(make_pool(gpu)),
       queries_(gpu.device, vk::QueryPoolCreateInfo({}, vk::QueryType::eTimestamp, kQueries)) {
   const auto local = [&](vk::DeviceSize size, vk::BufferUsageFlags usage, const char* name) {
     return gpu.make_buffer(size, usage, {}, Memory::eDeviceLocal, name);
@@ -89,13 +97,14 @@ FrameSetWork::FrameSetWork(const VulkanDevice& gpu, const Pipelines& pipelines, 
   if (upload) {
     frames = local(layout.frame_bytes, kTexels, "frames");
     staging = gpu.make_buffer(layout.frame_bytes, Usage::eTransferSrc, kHost, {}, "staged frames");
-    upload_commands = vk::raii::CommandBuffers(gpu.device, {*gpu.command_pool, vk::CommandBufferLevel::ePrimary, cameras_});
+    upload_commands =
+        vk::raii::CommandBuffers(gpu.device, {*gpu.command_pool, vk::CommandBufferLevel::ePrimary, cameras_});
   } else {
     frames = gpu.make_buffer(layout.frame_bytes, kTexels, kHost, Memory::eHostCached, "frames");
     std::memset(frames.mapped, 0, layout.frame_bytes);
   }
-  params_ = gpu.make_buffer(sizeof(shaders::CameraParams) * shaders::kMaxCameraCount, Usage::eUniformBuffer, kHost,
-                            Memory::eDeviceLocal, "camera parameters");
+  params_ = gpu.make_buffer(sizeof(shaders::CameraParams) * shaders::kMaxCameraCount, Usage::eUniformBuffer,
+                            kHost, Memory::eDeviceLocal, "camera parameters");
   std::memset(params_.mapped, 0, params_.size);
   std::copy(layout.params.begin(), layout.params.end(), params().begin());
   constexpr vk::BufferUsageFlags kStorage = Usage::eStorageBuffer | Usage::eTransferDst;
@@ -108,8 +117,10 @@ FrameSetWork::FrameSetWork(const VulkanDevice& gpu, const Pipelines& pipelines, 
   roots_ = local(vk::DeviceSize{layout.slots} * 4, kStorage, "roots");
   blobs_ = gpu.make_buffer(sizeof(BlobRecord) * options.max_blobs * cameras_, Usage::eStorageBuffer, kHost,
                            Memory::eHostCached, "blobs");
-  header_ = gpu.make_buffer(counters_.size, Usage::eStorageBuffer, kHost, Memory::eHostCached, "counters for the host");
-  large_header_ = gpu.make_buffer(counters_.size, Usage::eTransferDst, kHost, Memory::eHostCached, "large counters");
+  header_ = gpu.make_buffer(counters_.size, Usage::eStorageBuffer, kHost, Memory::eHostCached,
+                            "counters for the host");
+  large_header_ =
+      gpu.make_buffer(counters_.size, Usage::eTransferDst, kHost, Memory::eHostCached, "large counters");
   if (sums_.size > gpu.limits.maxStorageBufferRange || blobs_.size > gpu.limits.maxStorageBufferRange) {
     throw Error("Vulkan device \"" + gpu.info.name + "\" addresses only " +
                 std::to_string(gpu.limits.maxStorageBufferRange >> 20) +
@@ -134,8 +145,10 @@ vk::raii::DescriptorSet FrameSetWork::make_set(const vk::raii::BufferView& frame
   vk::raii::DescriptorSet set = std::move(vk::raii::DescriptorSets(gpu_.device, {*pool_, layout}).front());
   std::vector<vk::DescriptorBufferInfo> infos(kBindingCount);
   const std::array<const VulkanDevice::Buffer*, kBindingCount> buffers{
-      &params_, nullptr,   nullptr,  &limits_.tile_floors, &counters_, &tile_list_,
-      &tile_map_, &parents_, &links_, &sums_, &blobs_, &header_, &roots_};
+      &params_,   nullptr,     nullptr,    &limits_.tile_floors,
+      &counters_, &tile_list_, &tile_map_, &parents_,
+      &links_,    &sums_,      &blobs_,    &header_,
+      &roots_};
   const vk::BufferView frames_raw = *frames_view, limits_raw = **limits_.limits_view;
   std::vector<vk::WriteDescriptorSet> writes;
   for (std::uint32_t i = 0; i < kBindingCount; ++i) {
@@ -144,9 +157,10 @@ vk::raii::DescriptorSet FrameSetWork::make_set(const vk::raii::BufferView& frame
                           i == kFrames ? &frames_raw : &limits_raw);
     } else {
       infos[i] = vk::DescriptorBufferInfo(*buffers[i]->buffer, 0, VK_WHOLE_SIZE);
-      writes.emplace_back(*set, i, 0, 1,
-                          i == kCameras ? vk::DescriptorType::eUniformBuffer : vk::DescriptorType::eStorageBuffer, nullptr,
-                          &infos[i]);
+      writes.emplace_back(
+          *set, i, 0, 1,
+          i == kCameras ? vk::DescriptorType::eUniformBuffer : vk::DescriptorType::eStorageBuffer, nullptr,
+          &infos[i]);
     }
   }
   gpu_.device.updateDescriptorSets(writes, {});
@@ -156,13 +170,14 @@ vk::raii::DescriptorSet FrameSetWork::make_set(const vk::raii::BufferView& frame
 void FrameSetWork::begin(const vk::raii::CommandBuffer& commands, vk::DescriptorSet set) const {
   commands.begin({});
   commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *pipelines_.layout, 0, set, {});
-  commands.pushConstants<BlobPushConstants>(*pipelines_.layout, vk::ShaderStageFlagBits::eCompute, 0, options_);
+  commands.pushConstants<BlobPushConstants>(*pipelines_.layout, vk::ShaderStageFlagBits::eCompute, 0,
+                                            options_);
 }
 
 void FrameSetWork::stamp(const vk::raii::CommandBuffer& commands, std::uint32_t query) const {
   if (gpu_.timestamp_bits == 0) return;
-  // Mesa's CPU driver runs dispatches one after the other on the thread that reads the commands, so the top of the pipe
-  // is already behind the dispatch before it; waiting for the bottom would wake a second thread.
+  // Mesa's CPU driver runs dispatches one after the other on the thread that reads the commands, so the top
+  // of the pipe is already behind the dispatch before it; waiting for the bottom would wake a second thread.
   commands.writeTimestamp(gpu_.info.software ? Stage::eTopOfPipe : Stage::eBottomOfPipe, *queries_, query);
 }
 
@@ -180,8 +195,8 @@ FrameSetWork::Commands FrameSetWork::record(const vk::raii::DescriptorSet& set) 
   if (gpu_.timestamp_bits > 0) always.resetQueryPool(*queries_, 0, kQueries);
   stamp(always, 0);
   always.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines_.candidate_tiles);
-  always.dispatch(groups(most_tiles_x_, pipelines_.tiles_group), groups(most_tiles_y_, pipelines_.tiles_per_invocation),
-                  cameras_);
+  always.dispatch(groups(most_tiles_x_, pipelines_.tiles_group),
+                  groups(most_tiles_y_, pipelines_.tiles_per_invocation), cameras_);
   stamp(always, 1);
   // Candidate tiles: list, map and counters -> fused step
   barrier(always, 0, Stage::eComputeShader, Access::eShaderWrite, Stage::eComputeShader, kReadWrite);
@@ -206,7 +221,9 @@ void FrameSetWork::record_large(const Commands& commands) const {
     large.dispatch(tile_groups, cameras_, 1);
     stamp(large, kLargeQueries + step);
     // 1: components -> joined; 2: parents -> summed; 3: sums -> emitted
-    if (step < 4) barrier(large, static_cast<int>(step), Stage::eComputeShader, Access::eShaderWrite, Stage::eComputeShader, kReadWrite);
+    if (step < 4)
+      barrier(large, static_cast<int>(step), Stage::eComputeShader, Access::eShaderWrite,
+              Stage::eComputeShader, kReadWrite);
   }
   // Emitted: counters -> their copy for the host -> cleared for the next set
   barrier(large, 4, Stage::eComputeShader, Access::eShaderWrite, Stage::eTransfer, Access::eTransferRead);
@@ -214,8 +231,9 @@ void FrameSetWork::record_large(const Commands& commands) const {
   barrier(large, 5, Stage::eTransfer, Access::eTransferRead, Stage::eTransfer, Access::eTransferWrite);
   large.fillBuffer(*counters_.buffer, 0, VK_WHOLE_SIZE, 0);
   // Cleared counters -> the next set's candidate tiles; blobs and header -> host
-  barrier(large, kNeeded, Stage::eComputeShader | Stage::eTransfer, Access::eShaderWrite | Access::eTransferWrite,
-          Stage::eComputeShader | Stage::eHost, kReadWrite | Access::eHostRead);
+  barrier(large, kNeeded, Stage::eComputeShader | Stage::eTransfer,
+          Access::eShaderWrite | Access::eTransferWrite, Stage::eComputeShader | Stage::eHost,
+          kReadWrite | Access::eHostRead);
   large.end();
 }
 
@@ -223,11 +241,13 @@ std::span<const double> FrameSetWork::stage_seconds(bool large_ran) {
   if (gpu_.timestamp_bits == 0) return {};
   std::array<std::uint64_t, kQueries> ticks{};
   const std::uint32_t count = large_ran ? kQueries : kLargeQueries;
-  const auto result = static_cast<vk::Device>(*gpu_.device)
-                          .getQueryPoolResults(*queries_, 0, count, sizeof ticks, ticks.data(), sizeof ticks[0],
-                                               vk::QueryResultFlagBits::e64, *gpu_.device.getDispatcher());
+  const auto result =
+      static_cast<vk::Device>(*gpu_.device)
+          .getQueryPoolResults(*queries_, 0, count, sizeof ticks, ticks.data(), sizeof ticks[0],
+                               vk::QueryResultFlagBits::e64, *gpu_.device.getDispatcher());
   if (result != vk::Result::eSuccess) return {};
-  const std::uint64_t mask = gpu_.timestamp_bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << gpu_.timestamp_bits) - 1;
+  const std::uint64_t mask =
+      gpu_.timestamp_bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << gpu_.timestamp_bits) - 1;
   std::size_t stage = 0;
   for (std::uint32_t query = 0; query + 1 < count; ++query) {
     if (query + 1 == kLargeQueries) continue;  // between the two command buffers
@@ -256,7 +276,8 @@ const shaders::CameraCounters& FrameSetWork::counters(std::uint32_t camera) cons
 }
 
 std::span<const BlobRecord> FrameSetWork::records(std::uint32_t camera) const {
-  return {reinterpret_cast<const BlobRecord*>(blobs_.mapped) + std::size_t{camera} * options_.max_blobs, options_.max_blobs};
+  return {reinterpret_cast<const BlobRecord*>(blobs_.mapped) + std::size_t{camera} * options_.max_blobs,
+          options_.max_blobs};
 }
 
 }  // namespace glint::gpu

@@ -21,7 +21,9 @@ struct WorkLayout {
   vk::DeviceSize frame_bytes = 0, limit_bytes = 0;
   std::uint32_t tiles = 0, slots = 0, most_tiles_x = 0, most_tiles_y = 0;
 
-  std::uint32_t stride_bytes(std::size_t camera) const { return params[camera].tiles_x * shaders::kTileWidth; }
+  std::uint32_t stride_bytes(std::size_t camera) const {
+    return params[camera].tiles_x * shaders::kTileWidth;
+  }
 };
 
 /// Buffers that all sets share: written before the loop.
@@ -32,9 +34,11 @@ struct LimitBuffers {
 
 class FrameSetWork {
  public:
-  /// `upload`: the set's own frame buffer is device memory and filled by copies; else the host writes it directly.
-  FrameSetWork(const VulkanDevice& gpu, const Pipelines& pipelines, const WorkLayout& layout, const LimitBuffers& limits,
-               const BlobPushConstants& options, bool upload, int omitted_barrier);
+  /// `upload`: the set's own frame buffer is device memory and filled by copies; else the host writes it
+  /// directly.
+  FrameSetWork(const VulkanDevice& gpu, const Pipelines& pipelines, const WorkLayout& layout,
+               const LimitBuffers& limits, const BlobPushConstants& options, bool upload,
+               int omitted_barrier);
 
   /// Records a second set of commands that reads frames from adopted memory. Throws vk::SystemError.
   void use_adopted_frames(const vk::raii::BufferView& frames);
@@ -55,7 +59,8 @@ class FrameSetWork {
 
   VulkanDevice::Buffer frames;   ///< the set's own frames (texels)
   VulkanDevice::Buffer staging;  ///< upload only: host side of `frames`
-  /// What runs for every set, and what runs after it when needs_large(): that is recorded for the number of tiles.
+  /// What runs for every set, and what runs after it when needs_large(): that is recorded for the number of
+  /// tiles.
   struct Commands {
     vk::raii::CommandBuffer always{nullptr}, large{nullptr};
     vk::DescriptorSet set;
@@ -71,8 +76,8 @@ class FrameSetWork {
   void begin(const vk::raii::CommandBuffer& commands, vk::DescriptorSet set) const;
   std::uint32_t largest_tiles() const noexcept;
   void stamp(const vk::raii::CommandBuffer& commands, std::uint32_t query) const;
-  void barrier(const vk::raii::CommandBuffer& commands, int number, vk::PipelineStageFlags from, vk::AccessFlags written,
-               vk::PipelineStageFlags to, vk::AccessFlags used) const;
+  void barrier(const vk::raii::CommandBuffer& commands, int number, vk::PipelineStageFlags from,
+               vk::AccessFlags written, vk::PipelineStageFlags to, vk::AccessFlags used) const;
 
   const VulkanDevice& gpu_;
   const Pipelines& pipelines_;
@@ -80,7 +85,8 @@ class FrameSetWork {
   BlobPushConstants options_;
   std::uint32_t cameras_, most_tiles_x_, most_tiles_y_;
   int omitted_barrier_;
-  VulkanDevice::Buffer params_, counters_, tile_list_, tile_map_, parents_, links_, sums_, roots_, blobs_, header_, large_header_;
+  VulkanDevice::Buffer params_, counters_, tile_list_, tile_map_, parents_, links_, sums_, roots_, blobs_,
+      header_, large_header_;
   std::optional<vk::raii::BufferView> own_view_;
   vk::raii::DescriptorPool pool_;
   vk::raii::DescriptorSet own_set_{nullptr}, adopted_set_{nullptr};

@@ -18,7 +18,7 @@ namespace {
 vk::raii::DescriptorSetLayout make_set_layout(const VulkanDevice& gpu) {
   std::array<vk::DescriptorSetLayoutBinding, kBindingCount> bindings;
   for (std::uint32_t i = 0; i < kBindingCount; ++i) {
-    const auto type = i == kCameras                   ? vk::DescriptorType::eUniformBuffer
+    const auto type = i == kCameras                  ? vk::DescriptorType::eUniformBuffer
                       : i == kFrames || i == kLimits ? vk::DescriptorType::eUniformTexelBuffer
                                                      : vk::DescriptorType::eStorageBuffer;
     bindings[i] = vk::DescriptorSetLayoutBinding(i, type, 1, vk::ShaderStageFlagBits::eCompute);
@@ -37,20 +37,24 @@ vk::raii::PipelineLayout make_layout(const VulkanDevice& gpu, const vk::raii::De
 // A CPU driver pays for every entry into a shader and for every wait of a lane: few invocations, long walks.
 // A GPU hides latency with many threads: one tile each. (Measured on lavapipe; the GPU side is an estimate.)
 Pipelines::Pipelines(const VulkanDevice& gpu)
-    : tiles_group(gpu.info.software ? 16 : 64), tiles_per_invocation(gpu.info.software && gpu.has_vote ? 25 : 1),
-      fused_group(std::min(128u, gpu.info.max_workgroup_invocations)), fused_tiles(fused_group * 16),
-      set_layout(make_set_layout(gpu)), layout(make_layout(gpu, set_layout)),
-      candidate_tiles(gpu.has_vote
-                          ? make(gpu, candidate_tiles_vote_spv, tiles_group, tiles_per_invocation, "candidate tiles")
-                          : make(gpu, candidate_tiles_spv, tiles_group, tiles_per_invocation, "candidate tiles")),
+    : tiles_group(gpu.info.software ? 16 : 64),
+      tiles_per_invocation(gpu.info.software && gpu.has_vote ? 25 : 1),
+      fused_group(std::min(128u, gpu.info.max_workgroup_invocations)),
+      fused_tiles(fused_group * 16),
+      set_layout(make_set_layout(gpu)),
+      layout(make_layout(gpu, set_layout)),
+      candidate_tiles(
+          gpu.has_vote
+              ? make(gpu, candidate_tiles_vote_spv, tiles_group, tiles_per_invocation, "candidate tiles")
+              : make(gpu, candidate_tiles_spv, tiles_group, tiles_per_invocation, "candidate tiles")),
       blobs{make(gpu, blobs_step0_spv, fused_group, fused_tiles, "blobs"),
             make(gpu, blobs_step1_spv, kSplitGroup, fused_tiles, "tile components"),
             make(gpu, blobs_step2_spv, kSplitGroup, fused_tiles, "join tiles"),
             make(gpu, blobs_step3_spv, kSplitGroup, fused_tiles, "sum into roots"),
             make(gpu, blobs_step4_spv, kSplitGroup, fused_tiles, "emit blobs")} {}
 
-vk::raii::Pipeline Pipelines::make(const VulkanDevice& gpu, std::span<const std::uint32_t> spirv, std::uint32_t group,
-                                   std::uint32_t constant, const char* name) const {
+vk::raii::Pipeline Pipelines::make(const VulkanDevice& gpu, std::span<const std::uint32_t> spirv,
+                                   std::uint32_t group, std::uint32_t constant, const char* name) const {
   try {
     const vk::raii::ShaderModule module(gpu.device,
                                         vk::ShaderModuleCreateInfo({}, spirv.size_bytes(), spirv.data()));
@@ -60,7 +64,8 @@ vk::raii::Pipeline Pipelines::make(const VulkanDevice& gpu, std::span<const std:
     const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main",
                                                   &specialization);
     vk::raii::Pipeline pipeline(gpu.device, nullptr, vk::ComputePipelineCreateInfo({}, stage, *layout));
-    gpu.set_name(vk::ObjectType::ePipeline, reinterpret_cast<std::uint64_t>(static_cast<VkPipeline>(*pipeline)), name);
+    gpu.set_name(vk::ObjectType::ePipeline,
+                 reinterpret_cast<std::uint64_t>(static_cast<VkPipeline>(*pipeline)), name);
     return pipeline;
   } catch (const vk::SystemError& e) {
     throw Error("Vulkan device \"" + gpu.info.name + "\" rejects the shader \"" + name + "\": " + e.what());

@@ -11,7 +11,19 @@ namespace glint::gpu {
 
 /// Binding numbers of shaders/*.comp.
 enum Binding : std::uint32_t {
-  kCameras, kFrames, kLimits, kTileFloors, kCounters, kTileList, kTileMap, kParents, kLinks, kSums, kBlobs, kHeader, kRoots,
+  kCameras,
+  kFrames,
+  kLimits,
+  kTileFloors,
+  kCounters,
+  kTileList,
+  kTileMap,
+  kParents,
+  kLinks,
+  kSums,
+  kBlobs,
+  kHeader,
+  kRoots,
   kBindingCount
 };
 
@@ -19,8 +31,8 @@ struct BlobPushConstants {
   std::uint32_t min_area_px, max_area_px, max_blobs, slots;
 };
 
-inline constexpr std::uint32_t kSumFields = 18;    ///< of shaders/lib/component_sums.glsl
-inline constexpr std::uint32_t kSplitGroup = 64;   ///< workgroup of the split steps in shaders/blobs.comp
+inline constexpr std::uint32_t kSumFields = 18;   ///< of shaders/lib/component_sums.glsl
+inline constexpr std::uint32_t kSplitGroup = 64;  ///< workgroup of the split steps in shaders/blobs.comp
 
 struct Pipelines {
   explicit Pipelines(const VulkanDevice& gpu);
@@ -28,7 +40,7 @@ struct Pipelines {
   std::uint32_t tiles_group = 0;           ///< invocations side by side in candidate_tiles
   std::uint32_t tiles_per_invocation = 1;  ///< tiles below each other
   std::uint32_t fused_group = 0;           ///< workgroup of the fused step
-  std::uint32_t fused_tiles = 0;           ///< a camera with more candidate tiles goes through the split steps
+  std::uint32_t fused_tiles = 0;  ///< a camera with more candidate tiles goes through the split steps
 
   vk::raii::DescriptorSetLayout set_layout;
   vk::raii::PipelineLayout layout;

@@ -31,7 +31,8 @@ std::vector<CameraCalibration> calibrations_of(const OpenedRun& run) {
 /// Draws each image with its blobs into DIR/CAMERA/TICK.png.
 class OverlayWriter {
  public:
-  OverlayWriter(std::filesystem::path folder, std::span<const SourceCamera> cameras) : folder_(std::move(folder)) {
+  OverlayWriter(std::filesystem::path folder, std::span<const SourceCamera> cameras)
+      : folder_(std::move(folder)) {
     for (const SourceCamera& camera : cameras) {
       std::error_code error;
       std::filesystem::create_directories(folder_ / camera.name, error);
@@ -44,7 +45,8 @@ class OverlayWriter {
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const gpu::ImageView& image = tick.images[i];
       if (image.pixels == nullptr) continue;
-      draw_overlay({image.pixels, image.width_px, image.height_px, image.stride_bytes}, tick.cameras[i], {}, rgb_);
+      draw_overlay({image.pixels, image.width_px, image.height_px, image.stride_bytes}, tick.cameras[i], {},
+                   rgb_);
       char name[32];
       std::snprintf(name, sizeof name, "%06llu.png", static_cast<unsigned long long>(number(tick.trigger)));
       write_png_rgb(folder_ / names_[i] / name, image.width_px, image.height_px, rgb_);
@@ -81,7 +83,8 @@ void run(const DetectArguments& a) {
     detection.add(seconds_between(tick.delivered, tick.detected));
     for (std::size_t i = 0; i < tick.cameras.size(); ++i) {
       blobs += tick.cameras[i].size();
-      const BlobRow row{tick.trigger, static_cast<CameraId>(i), tick.cameras[i], (tick.overflow >> i & 1u) != 0};
+      const BlobRow row{tick.trigger, static_cast<CameraId>(i), tick.cameras[i],
+                        (tick.overflow >> i & 1u) != 0};
       if (sink->write(row) != SinkStatus::Ok) throw Error("output: " + sink->problem());
     }
     if (overlay) overlay->write(tick);
@@ -89,7 +92,8 @@ void run(const DetectArguments& a) {
   if (sink->finish() != SinkStatus::Ok) throw Error("output: " + sink->problem());
   const InputCounters counters = input.counters();
   if (!a.quiet) {
-    std::fprintf(stderr, "%llu frame sets, %llu blobs, %llu images overflowed, detection p50 %.2f ms p99 %.2f ms\n",
+    std::fprintf(stderr,
+                 "%llu frame sets, %llu blobs, %llu images overflowed, detection p50 %.2f ms p99 %.2f ms\n",
                  static_cast<unsigned long long>(counters.sets), static_cast<unsigned long long>(blobs),
                  static_cast<unsigned long long>(counters.overflows), detection.quantile_s(0.5) * 1e3,
                  detection.quantile_s(0.99) * 1e3);
@@ -99,7 +103,8 @@ void run(const DetectArguments& a) {
   if (counters.source.damaged > 0 || counters.source.ended_early > 0) {
     throw Error("the recording is not whole:\n" + input.problem());
   }
-  if (!a.quiet && !input.problem().empty()) std::fprintf(stderr, "glint: note: %s\n", input.problem().c_str());
+  if (!a.quiet && !input.problem().empty())
+    std::fprintf(stderr, "glint: note: %s\n", input.problem().c_str());
 }
 
 }  // namespace
@@ -108,7 +113,8 @@ void add_detect(CLI::App& app) {
   CLI::App* command = app.add_subcommand("detect", "Find blobs in images");
   const auto a = std::make_shared<DetectArguments>();
   add_run_options(*command, a->run, "sim or images:LOCATION");
-  command->add_option("--output", a->output, "csv:FILE, csv:-, jsonl:FILE, jsonl:- or none")->capture_default_str();
+  command->add_option("--output", a->output, "csv:FILE, csv:-, jsonl:FILE, jsonl:- or none")
+      ->capture_default_str();
   command->add_option("--overlay", a->overlay, "folder for pictures with the blobs drawn in");
   command->add_flag("--force", a->force, "replace an existing output file");
   command->add_flag("--quiet", a->quiet, "no messages");

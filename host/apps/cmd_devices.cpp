@@ -24,7 +24,8 @@ void print_json(const std::vector<gpu::DeviceInfo>& devices, const std::string& 
                    {"device_id", d.device_id},
                    {"driver_name", d.driver_name},
                    {"driver_info", d.driver_info},
-                   {"vulkan", std::to_string(d.api_major) + "." + std::to_string(d.api_minor) + "." + std::to_string(d.api_patch)},
+                   {"vulkan", std::to_string(d.api_major) + "." + std::to_string(d.api_minor) + "." +
+                                  std::to_string(d.api_patch)},
                    {"subgroup_size", d.subgroup_size},
                    {"max_workgroup_invocations", d.max_workgroup_invocations},
                    {"max_texel_buffer_elements", d.max_texel_buffer_elements},
@@ -40,10 +41,12 @@ void print_text(const std::vector<gpu::DeviceInfo>& devices, const std::string& 
     std::printf("%u    %s\n", d.index, d.name.c_str());
     std::printf("     %s%s, driver %s %s, Vulkan %u.%u.%u\n", d.type.c_str(), d.software ? " (no GPU)" : "",
                 d.driver_name.c_str(), d.driver_info.c_str(), d.api_major, d.api_minor, d.api_patch);
-    std::printf("     %llu MiB memory, subgroup %u, workgroup up to %u, frames up to %llu MiB, %s, time stamps of %g ns\n",
-                static_cast<unsigned long long>(d.device_memory_bytes >> 20), d.subgroup_size, d.max_workgroup_invocations,
-                static_cast<unsigned long long>(d.max_texel_buffer_elements >> 16),
-                d.imports_host_memory ? "reads host memory in place" : "copies frames", d.timestamp_period_ns);
+    std::printf(
+        "     %llu MiB memory, subgroup %u, workgroup up to %u, frames up to %llu MiB, %s, time stamps of %g "
+        "ns\n",
+        static_cast<unsigned long long>(d.device_memory_bytes >> 20), d.subgroup_size,
+        d.max_workgroup_invocations, static_cast<unsigned long long>(d.max_texel_buffer_elements >> 16),
+        d.imports_host_memory ? "reads host memory in place" : "copies frames", d.timestamp_period_ns);
     std::printf("     UUID %s\n", d.uuid.c_str());
     if (!d.usable) std::printf("     not usable: %s\n", d.why_not_usable.c_str());
   }

@@ -11,9 +11,9 @@
 #include "host/apps/status_line.hpp"
 #include "host/apps/stop_signal.hpp"
 #include "host/base/error.hpp"
+#include "host/config/text_file.hpp"
 #include "host/output/report.hpp"
 #include "host/output/report_recorder.hpp"
-#include "host/config/text_file.hpp"
 #include "host/output/track_sink.hpp"
 #include "host/pipeline/track_pipeline.hpp"
 #include "host/sim/score.hpp"
@@ -30,7 +30,8 @@ struct TrackArguments {
 /// The output thread's part of a run: sinks, recorder, score, status line.
 class TrackOutput {
  public:
-  TrackOutput(const OutputSpec& spec, const Scene* scene, bool quiet) : sink_(make_track_sink(spec)), status_(quiet) {
+  TrackOutput(const OutputSpec& spec, const Scene* scene, bool quiet)
+      : sink_(make_track_sink(spec)), status_(quiet) {
     if (scene != nullptr) score_.emplace(*scene);
   }
 
@@ -46,7 +47,8 @@ class TrackOutput {
     for (const TrackedPoint& point : tick.points) highest_id_ = std::max(highest_id_, number(point.id));
     if (score_) {
       scored_.clear();
-      for (const TrackedPoint& p : tick.points) scored_.push_back({number(p.id), p.position_in_world, p.cameras});
+      for (const TrackedPoint& p : tick.points)
+        scored_.push_back({number(p.id), p.position_in_world, p.cameras});
       score_->add(number(tick.trigger), scored_);
     }
     ++ticks_;
@@ -76,7 +78,8 @@ class TrackOutput {
     s.since_start_s = seconds_between(first_->delivered, tick.delivered);
     const double lap_s = seconds_between(lap_started_ ? *lap_started_ : first_->delivered, tick.delivered);
     s.rate_hz = lap_s > 0.0 ? static_cast<double>(ticks_ - lap_ticks_) / lap_s : 0.0;
-    s.points_per_tick = static_cast<double>(points_ - lap_points_) / static_cast<double>(std::max<std::uint64_t>(1, ticks_ - lap_ticks_));
+    s.points_per_tick = static_cast<double>(points_ - lap_points_) /
+                        static_cast<double>(std::max<std::uint64_t>(1, ticks_ - lap_ticks_));
     s.detection_p50_s = recorder_.detection().quantile_s(0.5);
     s.end_to_end_p50_s = recorder_.end_to_end().quantile_s(0.5);
     s.end_to_end_p99_s = recorder_.end_to_end().quantile_s(0.99);
@@ -124,8 +127,8 @@ void run(const TrackArguments& a) {
   summary.device = opened.input->device_name();
   summary.nominal_rate_hz = opened.input->rate_hz();
   if (!a.quiet) {
-    std::fprintf(stderr, "glint: %s, %zu cameras, on %s\n", a.run.source.c_str(), opened.input->cameras().size(),
-                 summary.device.c_str());
+    std::fprintf(stderr, "glint: %s, %zu cameras, on %s\n", a.run.source.c_str(),
+                 opened.input->cameras().size(), summary.device.c_str());
     for (const std::string& note : opened.notes) std::fprintf(stderr, "glint: %s\n", note.c_str());
   }
 
@@ -154,7 +157,8 @@ void run(const TrackArguments& a) {
   if (!output_problem.empty()) throw Error("output is not complete: " + output_problem);
   if (end == ReadStatus::Failed) throw Error(pipeline.problem());
   const SourceCounters& frames = summary.input.source;
-  if (frames.damaged > 0 || frames.ended_early > 0) throw Error("the recording is not whole:\n" + pipeline.problem());
+  if (frames.damaged > 0 || frames.ended_early > 0)
+    throw Error("the recording is not whole:\n" + pipeline.problem());
   if (!pipeline.problem().empty()) print_lines("note: ", pipeline.problem());
 }
 
@@ -164,7 +168,8 @@ void add_track(CLI::App& app) {
   CLI::App* command = app.add_subcommand("track", "Track markers: images or blobs in, 3D points out");
   const auto a = std::make_shared<TrackArguments>();
   add_run_options(*command, a->run, "sim, images:LOCATION or blobs:FOLDER");
-  command->add_option("--output", a->output, "csv:FILE, csv:-, jsonl:FILE, jsonl:- or none")->capture_default_str();
+  command->add_option("--output", a->output, "csv:FILE, csv:-, jsonl:FILE, jsonl:- or none")
+      ->capture_default_str();
   command->add_option("--report", a->report, "write a page with a picture of cameras and trajectories");
   command->add_option("--summary", a->summary, "write the summary as JSON");
   command->add_flag("--force", a->force, "replace an existing output file");

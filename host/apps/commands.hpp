@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The subcommands of `glint`; each is defined in its cmd_NAME.cpp. A command reports failure by throwing glint::Error
-// (exit code 1) or glint::UsageError (exit code 2).
+// The subcommands of `glint`; each is defined in its cmd_NAME.cpp. A command reports failure by throwing
+// glint::Error (exit code 1) or glint::UsageError (exit code 2).
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -27,8 +27,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& e) {
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
-    std::fprintf(stderr, "glint: %s\nglint: see glint%s --help\n", e.what(),
-                 app.get_subcommands().empty() ? "" : (" " + app.get_subcommands().front()->get_name()).c_str());
+    std::fprintf(
+        stderr, "glint: %s\nglint: see glint%s --help\n", e.what(),
+        app.get_subcommands().empty() ? "" : (" " + app.get_subcommands().front()->get_name()).c_str());
     return 2;
   } catch (const glint::UsageError& e) {
     std::fprintf(stderr, "glint: %s\n", e.what());

@@ -46,7 +46,8 @@ Rig make_rig(const RunArguments& a, const Scene* scene) {
   if (a.max_area_px) rig.detect.max_area_px = *a.max_area_px;
   if (a.rate_hz) rig.rate_hz = *a.rate_hz;
   if (a.background == "none") rig.detect.background_frames = 0;
-  if (all_digits(a.background)) rig.detect.background_frames = static_cast<unsigned>(std::stoul(a.background));
+  if (all_digits(a.background))
+    rig.detect.background_frames = static_cast<unsigned>(std::stoul(a.background));
   std::vector<std::string> problems;
   rig.gpu.check(problems);
   rig.detect.check(problems);
@@ -93,20 +94,22 @@ std::filesystem::path background_file(const std::filesystem::path& where, const 
   for (const auto& entry : std::filesystem::directory_iterator(where)) {
     if (entry.is_regular_file() && entry.path().stem() == camera) return entry.path();
   }
-  throw Error(where.string() + ": no background picture for camera " + camera + " (expected " + camera + ".png or the like)");
+  throw Error(where.string() + ": no background picture for camera " + camera + " (expected " + camera +
+              ".png or the like)");
 }
 
 using Limits = std::vector<std::vector<std::uint8_t>>;
 
-Limits limits_from_files(std::span<const SourceCamera> cameras, const std::string& where, unsigned threshold) {
+Limits limits_from_files(std::span<const SourceCamera> cameras, const std::string& where,
+                         unsigned threshold) {
   Limits limits;
   for (const SourceCamera& camera : cameras) {
     const std::filesystem::path file = background_file(where, camera.name);
     const GreyImage image = read_grey_image(file);
     if (image.width_px != camera.size.width_px || image.height_px != camera.size.height_px) {
-      throw Error(file.string() + ": " + std::to_string(image.width_px) + "x" + std::to_string(image.height_px) +
-                  " pixels, but camera " + camera.name + " has " + std::to_string(camera.size.width_px) + "x" +
-                  std::to_string(camera.size.height_px));
+      throw Error(file.string() + ": " + std::to_string(image.width_px) + "x" +
+                  std::to_string(image.height_px) + " pixels, but camera " + camera.name + " has " +
+                  std::to_string(camera.size.width_px) + "x" + std::to_string(camera.size.height_px));
     }
     gpu::BackgroundLearner learner;
     learner.add(image.view());
@@ -137,11 +140,13 @@ Limits make_limits(const RunArguments& a, const DetectSettings& detect, std::spa
 
 void open_frames(OpenedRun& run, const RunArguments& a, const FrameInputOptions& options) {
   const auto open = [&]() -> std::unique_ptr<FrameSource> {
-    if (run.scene) return std::make_unique<SimSource>(*run.scene, SimSourceOptions{options.pace.pace != Pace::Fastest, 0});
+    if (run.scene)
+      return std::make_unique<SimSource>(*run.scene, SimSourceOptions{options.pace.pace != Pace::Fastest, 0});
     return open_image_source(a.source.substr(kImages.size()), image_options(a, run.rig));
   };
   std::unique_ptr<FrameSource> source = open(), lesson;
-  // A live source is learnt from as it comes; a recording is opened twice, so that tracking starts at its first frame.
+  // A live source is learnt from as it comes; a recording is opened twice, so that tracking starts at its
+  // first frame.
   const auto learn_from = [&]() -> FrameSource& {
     if (source->live()) return *source;
     lesson = open();
@@ -171,7 +176,8 @@ void add_run_options(CLI::App& command, RunArguments& a, const std::string& sour
                      "number of frames to learn from, a picture or a folder with one per camera, or none");
   command.add_option("--pace", a.pace, "recorded, rate or fast (recordings: fast; sim: rate)");
   command.add_option("--rate", a.rate_hz, "frame sets per second")->check(CLI::Range(0.001, 10000.0));
-  command.add_option("--seconds", a.seconds, "end after so long (at the nominal rate)")->check(CLI::Range(0.0, 1e7));
+  command.add_option("--seconds", a.seconds, "end after so long (at the nominal rate)")
+      ->check(CLI::Range(0.0, 1e7));
   command.add_option("--ticks", a.max_ticks, "end after so many frame sets");
   add_sim_options(command, a.sim);
 }
@@ -183,7 +189,9 @@ OpenedRun open_run(const RunArguments& a, bool rig_needed) {
     throw UsageError("source \"" + a.source + "\": must be sim, images:LOCATION or blobs:FOLDER");
   }
   if (rig_needed && !simulated && a.rig_file.empty()) {
-    throw UsageError("--rig FILE is needed: where the cameras are (glint import calibration makes one from other tools' files)");
+    throw UsageError(
+        "--rig FILE is needed: where the cameras are (glint import calibration makes one from other tools' "
+        "files)");
   }
   OpenedRun run;
   if (simulated) {
@@ -203,7 +211,8 @@ OpenedRun open_run(const RunArguments& a, bool rig_needed) {
     for (const CameraCalibration& camera : run.rig.calibration.cameras) names.push_back(camera.name);
     auto source = open_blob_source(a.source.substr(kBlobs.size()), {names, run.rig.rate_hz});
     const std::size_t cameras = source->cameras().size();
-    run.input = std::make_unique<BlobInput>(std::move(source), lenses_of(run.rig, cameras), run.rig.rate_hz, pace, max_sets);
+    run.input = std::make_unique<BlobInput>(std::move(source), lenses_of(run.rig, cameras), run.rig.rate_hz,
+                                            pace, max_sets);
     return run;
   }
   FrameInputOptions options;

@@ -37,8 +37,8 @@ struct OpenedRun {
   std::vector<std::string> notes;  ///< what was chosen or done without, for the person at the terminal
 };
 
-/// Opens the source, makes the detector and its limit images. `rig_needed`: without a rig file only sim has one; detect
-/// works without. Throws UsageError, Error, gpu::Error.
+/// Opens the source, makes the detector and its limit images. `rig_needed`: without a rig file only sim has
+/// one; detect works without. Throws UsageError, Error, gpu::Error.
 OpenedRun open_run(const RunArguments& arguments, bool rig_needed);
 
 }  // namespace glint::apps

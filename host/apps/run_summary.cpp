@@ -31,54 +31,69 @@ std::string millimetres(double metres) { return text("%.4f mm", metres * 1e3); }
 std::string percent(double share) { return text("%.3f %%", share * 100.0); }
 
 nlohmann::ordered_json latency_json(const LatencyHistogram& h) {
-  return {{"p50_s", h.quantile_s(0.5)}, {"p99_s", h.quantile_s(0.99)}, {"max_s", h.max_s()}, {"count", h.count()}};
+  return {{"p50_s", h.quantile_s(0.5)},
+          {"p99_s", h.quantile_s(0.99)},
+          {"max_s", h.max_s()},
+          {"count", h.count()}};
 }
 
 }  // namespace
 
 std::vector<ReportRow> summary_rows(const RunSummary& s) {
   std::vector<ReportRow> rows;
-  const auto add = [&rows](std::string name, std::string value, std::string note = {}, bool headline = false) {
+  const auto add = [&rows](std::string name, std::string value, std::string note = {},
+                           bool headline = false) {
     rows.push_back({std::move(name), std::move(value), std::move(note), headline});
   };
   const double ticks = static_cast<double>(std::max<std::uint64_t>(1, s.counters.ticks));
-  add("rate", text("%.1f Hz", s.rate_hz), s.nominal_rate_hz > 0.0 ? text("nominal %.1f Hz", s.nominal_rate_hz) : "", true);
-  add("missed ticks", text("%llu of %llu", number_of(s.missed()), number_of(s.counters.ticks + s.input.dropped)),
+  add("rate", text("%.1f Hz", s.rate_hz),
+      s.nominal_rate_hz > 0.0 ? text("nominal %.1f Hz", s.nominal_rate_hz) : "", true);
+  add("missed ticks",
+      text("%llu of %llu", number_of(s.missed()), number_of(s.counters.ticks + s.input.dropped)),
       text("dropped %llu, late %llu, not written %llu", number_of(s.input.dropped), number_of(s.input.late),
-           number_of(s.counters.results_dropped)), true);
+           number_of(s.counters.results_dropped)),
+      true);
   if (s.end_to_end.count() > 0) {
     add("end to end", latency(s.end_to_end), "p50 / p99 / max, last byte in to points out", true);
     add("detection", latency(s.detection), "p50 / p99 / max");
   }
   if (s.score) {
     const ScoreResult& r = *s.score;
-    add("RMS error", millimetres(r.rms_m), text("median %.4f mm, worst %.3f mm", r.median_m * 1e3, r.max_m * 1e3), true);
+    add("RMS error", millimetres(r.rms_m),
+        text("median %.4f mm, worst %.3f mm", r.median_m * 1e3, r.max_m * 1e3), true);
     add("recall", percent(r.recall),
-        text("%llu of %llu markers seen alone by two or more cameras", number_of(r.found), number_of(r.expected)));
+        text("%llu of %llu markers seen alone by two or more cameras", number_of(r.found),
+             number_of(r.expected)));
     add("recall, merged blobs included", percent(r.recall_visible),
         text("%llu of %llu", number_of(r.found_visible), number_of(r.expected_visible)));
-    add("ghosts", text("%llu of %llu points (%.4f %%)", number_of(r.ghosts), number_of(r.points), r.ghost_rate * 100.0),
+    add("ghosts",
+        text("%llu of %llu points (%.4f %%)", number_of(r.ghosts), number_of(r.points), r.ghost_rate * 100.0),
         r.doubled > 0 ? text("and %llu second points of one marker", number_of(r.doubled)) : "");
     add("RMS over Cramer-Rao bound", text("%.2f", r.ratio),
-        text("bound %.4f mm, RMS where each blob stood alone %.4f mm", r.bound_rms_m * 1e3, r.rms_clean_m * 1e3));
+        text("bound %.4f mm, RMS where each blob stood alone %.4f mm", r.bound_rms_m * 1e3,
+             r.rms_clean_m * 1e3));
     add("identity switches", text("%llu", number_of(r.id_switches)));
   }
   add("points", text("%llu", number_of(s.counters.points)),
       text("%.2f a tick, %llu identities", static_cast<double>(s.counters.points) / ticks, number_of(s.ids)));
   add("blobs", text("%.1f a tick", static_cast<double>(s.counters.match.blobs) / ticks),
       text("unmatched %.2f a tick", static_cast<double>(s.counters.match.unmatched_blobs) / ticks));
-  if (s.input.overflows > 0) add("overflowed images", text("%llu", number_of(s.input.overflows)), "more blobs than room: some are missing");
+  if (s.input.overflows > 0)
+    add("overflowed images", text("%llu", number_of(s.input.overflows)),
+        "more blobs than room: some are missing");
   if (s.counters.match.hypotheses_cut > 0) {
-    add("correspondence cut", text("%llu hypotheses", number_of(s.counters.match.hypotheses_cut)), "a limit was reached");
+    add("correspondence cut", text("%llu hypotheses", number_of(s.counters.match.hypotheses_cut)),
+        "a limit was reached");
   }
   if (s.counters.match.inexact > 0) {
     add("correspondence groups not solved exactly", text("%llu", number_of(s.counters.match.inexact)));
   }
   const SourceCounters& f = s.input.source;
   if (f.missing + f.damaged + f.late + f.duplicated + f.no_slot > 0) {
-    add("frames lost by the source", text("%llu missing, %llu damaged, %llu late, %llu duplicated, %llu without memory",
-                                          number_of(f.missing), number_of(f.damaged), number_of(f.late),
-                                          number_of(f.duplicated), number_of(f.no_slot)));
+    add("frames lost by the source",
+        text("%llu missing, %llu damaged, %llu late, %llu duplicated, %llu without memory",
+             number_of(f.missing), number_of(f.damaged), number_of(f.late), number_of(f.duplicated),
+             number_of(f.no_slot)));
   }
   add("ticks", text("%llu in %.2f s", number_of(s.counters.ticks), s.wall_s));
   add("source", s.source);
@@ -90,7 +105,8 @@ std::vector<ReportRow> summary_rows(const RunSummary& s) {
 std::string summary_text(const RunSummary& summary) {
   std::string all;
   for (const ReportRow& row : summary_rows(summary)) {
-    all += text("%-29s ", row.name.c_str()) + row.value + (row.note.empty() ? "" : "   (" + row.note + ")") + "\n";
+    all += text("%-29s ", row.name.c_str()) + row.value + (row.note.empty() ? "" : "   (" + row.note + ")") +
+           "\n";
   }
   return all;
 }
@@ -116,15 +132,24 @@ std::string summary_json(const RunSummary& s) {
                            {"detection", latency_json(s.detection)},
                            {"end_to_end", latency_json(s.end_to_end)}};
   const SourceCounters& f = s.input.source;
-  j["frames"] = {{"delivered", f.frames}, {"missing", f.missing}, {"damaged", f.damaged},
+  j["frames"] = {{"delivered", f.frames}, {"missing", f.missing},       {"damaged", f.damaged},
                  {"late", f.late},        {"duplicated", f.duplicated}, {"no_slot", f.no_slot}};
   if (s.score) {
     const ScoreResult& r = *s.score;
-    j["score"] = {{"recall", r.recall},           {"recall_visible", r.recall_visible}, {"expected", r.expected},
-                  {"ghosts", r.ghosts},           {"ghost_rate", r.ghost_rate},         {"doubled", r.doubled},
-                  {"rms_m", r.rms_m},             {"rms_clean_m", r.rms_clean_m},       {"median_m", r.median_m},
-                  {"max_m", r.max_m},             {"bound_rms_m", r.bound_rms_m},       {"ratio", r.ratio},
-                  {"median_ratio", r.median_ratio}, {"id_switches", r.id_switches}};
+    j["score"] = {{"recall", r.recall},
+                  {"recall_visible", r.recall_visible},
+                  {"expected", r.expected},
+                  {"ghosts", r.ghosts},
+                  {"ghost_rate", r.ghost_rate},
+                  {"doubled", r.doubled},
+                  {"rms_m", r.rms_m},
+                  {"rms_clean_m", r.rms_clean_m},
+                  {"median_m", r.median_m},
+                  {"max_m", r.max_m},
+                  {"bound_rms_m", r.bound_rms_m},
+                  {"ratio", r.ratio},
+                  {"median_ratio", r.median_ratio},
+                  {"id_switches", r.id_switches}};
   }
   return j.dump(2) + "\n";
 }

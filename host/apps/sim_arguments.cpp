@@ -32,7 +32,9 @@ void add_sim_options(CLI::App& command, SimArguments& arguments) {
   add("--duplicate-rate", o.faults.duplicate_rate, "share of frames replaced by the one before");
   add("--late-rate", o.faults.late_rate, "share of frames that arrive after their set");
   add("--extra-noise", o.faults.extra_noise_grey, "grey levels of noise on top");
-  command.add_option("--bump", arguments.bump, "CAMERA:TICK:DEGREES, turn a camera that the calibration does not know of")
+  command
+      .add_option("--bump", arguments.bump,
+                  "CAMERA:TICK:DEGREES, turn a camera that the calibration does not know of")
       ->group(group);
 }
 
@@ -44,7 +46,8 @@ SimOptions checked_sim_options(const SimArguments& arguments) {
     unsigned long long tick = 0;
     double degrees = 0.0;
     char rest = 0;
-    if (std::sscanf(arguments.bump.c_str(), "%u:%llu:%lf%c", &camera, &tick, &degrees, &rest) != 3 || camera == 0) {
+    if (std::sscanf(arguments.bump.c_str(), "%u:%llu:%lf%c", &camera, &tick, &degrees, &rest) != 3 ||
+        camera == 0) {
       throw UsageError("--bump " + arguments.bump + ": must be CAMERA:TICK:DEGREES, like 2:450:0.5");
     }
     options.faults.bump = SimBump{camera - 1, tick, degrees * std::numbers::pi / 180.0};

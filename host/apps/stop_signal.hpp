@@ -8,8 +8,8 @@
 
 namespace glint::apps {
 
-/// While it lives, SIGINT and SIGTERM call `stop` (on a thread of its own) instead of ending the program. Make it before
-/// any other thread, so that they inherit the blocked signals.
+/// While it lives, SIGINT and SIGTERM call `stop` (on a thread of its own) instead of ending the program.
+/// Make it before any other thread, so that they inherit the blocked signals.
 class StopSignal {
  public:
   StopSignal();

@@ -18,7 +18,8 @@ namespace glint {
 
 /// Section [detect].
 struct DetectSettings {
-  unsigned threshold = 40;  ///< grey levels above the background; well clear of read noise (2 to 5 levels)
+  unsigned threshold = 12;  ///< grey levels above the background: ten times the noise of a dark pixel of a
+                            ///< raw 8-bit camera; what it cuts off the edge of a blob costs accuracy
   unsigned background_frames = 30;  ///< frames that the background is learnt from (their median); 0: none
   std::uint32_t min_area_px = 2;    ///< one bright pixel alone is a hot pixel more often than a marker
   std::uint32_t max_area_px = static_cast<std::uint32_t>(gpu::kMaxPixels);  ///< default: no limit

@@ -20,7 +20,8 @@ Camera::Camera(const CameraCalibration& calibration)
     : calibration_(calibration),
       camera_from_world_rotation_(
           calibration.world_from_camera.rotation.normalized().toRotationMatrix().transpose()),
-      camera_from_world_translation_(-(camera_from_world_rotation_ * calibration.world_from_camera.translation)),
+      camera_from_world_translation_(
+          -(camera_from_world_rotation_ * calibration.world_from_camera.translation)),
       position_in_world_(calibration.world_from_camera.translation) {}
 
 Eigen::Vector3d Camera::in_camera(const Eigen::Vector3d& point_in_world) const noexcept {

@@ -15,8 +15,8 @@
 
 namespace glint {
 
-/// One camera as a calibration file describes it. Camera frame: x right, y down, z forward. Focal lengths may be
-/// negative (a mirrored axis, as some tools write).
+/// One camera as a calibration file describes it. Camera frame: x right, y down, z forward. Focal lengths may
+/// be negative (a mirrored axis, as some tools write).
 struct CameraCalibration {
   std::string name;
   std::uint32_t width_px = 0, height_px = 0;

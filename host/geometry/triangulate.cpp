@@ -15,8 +15,9 @@ namespace {
 
 constexpr int kMaxSteps = 12;  // Gauss-Newton converges in two to four on anything well conditioned
 
-// Each view gives two equations linear in the point: (u r3 - r1) (X - c) = 0 and the same with v, where r1..r3 are the
-// camera's axes and c its position. Coordinates are relative to the first camera, for conditioning.
+// Each view gives two equations linear in the point: (u r3 - r1) (X - c) = 0 and the same with v, where
+// r1..r3 are the camera's axes and c its position. Coordinates are relative to the first camera, for
+// conditioning.
 bool solve_linear(std::span<const Observation> views, Eigen::Vector3d& point_in_world) noexcept {
   const Eigen::Vector3d origin = views.front().camera->position_in_world();
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
@@ -41,7 +42,8 @@ bool well_conditioned(std::span<const Observation> views, double min_angle_rad) 
   for (std::size_t i = 0; i < views.size(); ++i) {
     const Eigen::Vector3d a = views[i].camera->direction_in_world(views[i].normalized);
     for (std::size_t j = i + 1; j < views.size(); ++j)
-      if (a.cross(views[j].camera->direction_in_world(views[j].normalized)).squaredNorm() >= min_sine2) return true;
+      if (a.cross(views[j].camera->direction_in_world(views[j].normalized)).squaredNorm() >= min_sine2)
+        return true;
   }
   return false;
 }

@@ -13,9 +13,9 @@ namespace glint {
 
 /// What one camera measured.
 struct Observation {
-  const Camera* camera = nullptr;                                    ///< borrowed for the call
-  Eigen::Vector2d normalized = Eigen::Vector2d::Zero();              ///< z = 1 plane, undistorted
-  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();      ///< in undistorted pixels
+  const Camera* camera = nullptr;                                ///< borrowed for the call
+  Eigen::Vector2d normalized = Eigen::Vector2d::Zero();          ///< z = 1 plane, undistorted
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();  ///< in undistorted pixels
 };
 
 /// What is known of the position beforehand.
@@ -25,23 +25,24 @@ struct PositionPrior {
 };
 
 struct TriangulateOptions {
-  double marker_radius_m = 0.0;    ///< > 0: the blobs are outlines of spheres, whose projection bias is removed
-  double min_angle_rad = 0.02;     ///< at least two rays must meet at this angle (and as far from 180 degrees)
+  double marker_radius_m = 0.0;  ///< > 0: the blobs are outlines of spheres, whose projection bias is removed
+  double min_angle_rad = 0.02;   ///< at least two rays must meet at this angle (and as far from 180 degrees)
 };
 
 struct Triangulated {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< from the observations' covariances (and the prior)
+  Eigen::Matrix3d covariance_m2 =
+      Eigen::Matrix3d::Zero();  ///< from the observations' covariances (and the prior)
   double rms_px = 0.0;  ///< root mean square over the views of the residual's length, undistorted pixels
-  double chi2 = 0.0;    ///< sum of squared residuals over their covariances; 2 * views - 3 degrees of freedom (2 *
-                        ///< views with a prior, whose deviation is included)
+  double chi2 = 0.0;    ///< sum of squared residuals over their covariances; 2 * views - 3 degrees of freedom
+                        ///< (2 * views with a prior, whose deviation is included)
   unsigned views = 0;
 };
 
-/// Linear least squares over all rays, then Gauss-Newton on the reprojection error in undistorted pixels, weighted by
-/// the covariances (Hartley and Zisserman, Multiple View Geometry, 12.2 and 12.3). Nothing if there are fewer than
-/// two views, if the point lies behind a camera, if no two rays meet at a usable angle, or if it does not converge.
-/// Does not allocate.
+/// Linear least squares over all rays, then Gauss-Newton on the reprojection error in undistorted pixels,
+/// weighted by the covariances (Hartley and Zisserman, Multiple View Geometry, 12.2 and 12.3). Nothing if
+/// there are fewer than two views, if the point lies behind a camera, if no two rays meet at a usable angle,
+/// or if it does not converge. Does not allocate.
 std::optional<Triangulated> triangulate(std::span<const Observation> views, const TriangulateOptions& options,
                                         const PositionPrior* prior = nullptr) noexcept;
 

@@ -11,10 +11,10 @@
 namespace glint {
 namespace {
 
-// Of two merged discs of equal weight the centroid lies sqrt(l1 - l2) from either centre, l1 >= l2 being the eigenvalues
-// of the second moments; so that is the standard deviation along the long axis of a blob which one marker does not
-// explain. Small blobs have ragged moments (a 3x2 block: 0.67 and 0.25 px^2) and motion blur of L pixels adds L^2/12 to
-// l1; both stay below these limits up to L = 3.
+// Of two merged discs of equal weight the centroid lies sqrt(l1 - l2) from either centre, l1 >= l2 being the
+// eigenvalues of the second moments; so that is the standard deviation along the long axis of a blob which
+// one marker does not explain. Small blobs have ragged moments (a 3x2 block: 0.67 and 0.25 px^2) and motion
+// blur of L pixels adds L^2/12 to l1; both stay below these limits up to L = 3.
 constexpr double kElongationRatio = 1.6;
 constexpr double kElongationOffsetPx2 = 0.5;
 constexpr std::uint32_t kMomentsAreaPx = 4;  // fewer pixels say nothing about shape
@@ -48,7 +48,8 @@ BlobTable::BlobTable(std::span<const Camera> cameras, const MatchOptions& option
   for (const Camera& camera : cameras) {
     // rms_px counts the length of the residual, two axes together.
     const double calibration_px = camera.calibration().rms_px;
-    camera_variance_px2_.push_back(options.sigma_px * options.sigma_px + calibration_px * calibration_px / 2.0);
+    camera_variance_px2_.push_back(options.sigma_px * options.sigma_px +
+                                   calibration_px * calibration_px / 2.0);
   }
 }
 
@@ -73,7 +74,8 @@ void BlobTable::fill(std::span<const std::span<const shaders::BlobRecord>> blobs
       blob.saturated = (record.flags & shaders::kBlobSaturated) != 0;
 
       double base = variance;
-      if (blob.saturated) base += (kSaturatedFactor * kSaturatedFactor - 1.0) * options_.sigma_px * options_.sigma_px;
+      if (blob.saturated)
+        base += (kSaturatedFactor * kSaturatedFactor - 1.0) * options_.sigma_px * options_.sigma_px;
       if ((record.flags & shaders::kBlobOnBorder) != 0) {
         base += std::pow(kBorderOffsetOfRadius * std::max(blob.radius_px, 1.0), 2);
         blob.suspect = true;
@@ -102,7 +104,8 @@ void BlobTable::fill(std::span<const std::span<const shaders::BlobRecord>> blobs
 }
 
 std::size_t BlobTable::free_blobs(std::size_t camera) const noexcept {
-  return static_cast<std::size_t>(std::count(free_.begin() + begin_[camera], free_.begin() + begin_[camera + 1], 1));
+  return static_cast<std::size_t>(
+      std::count(free_.begin() + begin_[camera], free_.begin() + begin_[camera + 1], 1));
 }
 
 void BlobTable::build_grid(std::size_t camera) {

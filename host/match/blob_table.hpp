@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The blobs of one exposure as the matcher wants them: rays, covariances, and a grid over each camera's image.
+// The blobs of one exposure as the matcher wants them: rays, covariances, and a grid over each camera's
+// image.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +16,21 @@ namespace glint {
 
 /// One blob, ready for geometry.
 struct MatchBlob {
-  Eigen::Vector2d normalized;         ///< z = 1 plane
-  Eigen::Vector2d pixel;              ///< undistorted pixel
-  Eigen::Vector3d direction_in_world; ///< unit vector
-  Eigen::Matrix2d covariance_px2;     ///< of the centroid, undistorted pixels
-  double sigma_px;                    ///< the larger standard deviation
-  double angle_per_px;                ///< radians that one pixel subtends here, at most
-  double radius_px;                   ///< of a disc of the same area; 0: area unknown
+  Eigen::Vector2d normalized;          ///< z = 1 plane
+  Eigen::Vector2d pixel;               ///< undistorted pixel
+  Eigen::Vector3d direction_in_world;  ///< unit vector
+  Eigen::Matrix2d covariance_px2;      ///< of the centroid, undistorted pixels
+  double sigma_px;                     ///< the larger standard deviation
+  double angle_per_px;                 ///< radians that one pixel subtends here, at most
+  double radius_px;                    ///< of a disc of the same area; 0: area unknown
   std::uint32_t camera;
-  bool usable;                        ///< the lens model can be inverted here
-  bool suspect;                       ///< cut off by the border, or longer than one marker looks
+  bool usable;   ///< the lens model can be inverted here
+  bool suspect;  ///< cut off by the border, or longer than one marker looks
   bool saturated;
 };
 
-/// Fills itself from detector records; blobs of all cameras are numbered through, camera by camera. Keeps its memory.
+/// Fills itself from detector records; blobs of all cameras are numbered through, camera by camera. Keeps its
+/// memory.
 class BlobTable {
  public:
   /// `cameras` is borrowed for the life of the table.

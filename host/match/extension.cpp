@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// From a pair of blobs to tuples over all cameras: predict the next camera's pixel, let the blobs there that fit join.
+// From a pair of blobs to tuples over all cameras: predict the next camera's pixel, let the blobs there that
+// fit join.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,9 +14,9 @@
 namespace glint {
 namespace {
 
-constexpr std::size_t kBeam = 16;         // tuples that one pair may lead to at a time; the rest is counted as cut
-constexpr double kCertainChi2 = 9.2;      // a lone blob this near (99 %) leaves no reason to try without it
-constexpr double kSearchSigmas = 4.3;     // sqrt(kJoinChi2)
+constexpr std::size_t kBeam = 16;  // tuples that one pair may lead to at a time; the rest is counted as cut
+constexpr double kCertainChi2 = 9.2;   // a lone blob this near (99 %) leaves no reason to try without it
+constexpr double kSearchSigmas = 4.3;  // sqrt(kJoinChi2)
 
 double log_2pi() noexcept { return std::log(2.0 * std::numbers::pi); }
 
@@ -47,7 +48,8 @@ void Hypotheses::grow(const BlobPair& seed, std::uint32_t prediction) {
     const MatchBlob& b = table_[blob];
     Eigen::Vector2d pixel;
     Eigen::Matrix<double, 2, 3> jacobian;
-    if (!predict_pixel(cameras_[b.camera], seed.midpoint_in_world, options_.marker_radius_m, pixel, jacobian)) return;
+    if (!predict_pixel(cameras_[b.camera], seed.midpoint_in_world, options_.marker_radius_m, pixel, jacobian))
+      return;
     const Eigen::Matrix<double, 3, 2> jw = jacobian.transpose() * b.covariance_px2.inverse();
     information.noalias() += jw * jacobian;
     gradient.noalias() += jw * (b.pixel - pixel);
@@ -75,8 +77,8 @@ void Hypotheses::grow(const BlobPair& seed, std::uint32_t prediction) {
     if (partial.tuple.count >= min_views_) consider(partial.tuple, prediction);
 }
 
-// The camera that the pair predicts best goes first: fewest blobs lie in its gate. Depends on geometry only, not on the
-// order of the cameras in the rig.
+// The camera that the pair predicts best goes first: fewest blobs lie in its gate. Depends on geometry only,
+// not on the order of the cameras in the rig.
 void Hypotheses::order_cameras(const Partial& seed) {
   order_.clear();
   const std::uint32_t a = table_[seed.tuple.blobs[0]].camera, b = table_[seed.tuple.blobs[1]].camera;
@@ -114,7 +116,8 @@ void Hypotheses::extend_into(std::size_t camera, const Partial& partial) {
     const Eigen::Matrix<double, 3, 2> gain = partial.covariance * jacobian.transpose() * s_inverse;
     next.position += gain * innovation;
     next.covariance -= gain * s * gain.transpose();
-    next.score += std::log(kDetected) - log_clutter_[camera] - log_2pi() - 0.5 * std::log(s.determinant()) - 0.5 * chi2;
+    next.score +=
+        std::log(kDetected) - log_clutter_[camera] - log_2pi() - 0.5 * std::log(s.determinant()) - 0.5 * chi2;
     nearest = std::min(nearest, chi2);
     ++joined;
   });

@@ -15,11 +15,13 @@ namespace glint {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
-// Size of a blob against what the other views (or the known radius) give: thresholds and blur move small blobs by about
-// half a pixel, so that only these factors and at least so many pixels mean something else than one whole marker.
+// Size of a blob against what the other views (or the known radius) give: thresholds and blur move small
+// blobs by about half a pixel, so that only these factors and at least so many pixels mean something else
+// than one whole marker.
 constexpr double kSizeTooLarge = 1.5, kSizeTooSmall = 0.67, kSizeMargin_px = 0.75;
 // Blur and the threshold's place on its flank: how much wider than its geometric image a marker may look.
 constexpr double kBlurAllowance_px = 1.5;
+constexpr std::uint32_t kContestedOneByOne = 4;
 constexpr double kEdgeMargin_px = 1.0;  // nearer to the border a marker may well be missed
 
 double log_2pi() noexcept { return std::log(2.0 * std::numbers::pi); }
@@ -99,8 +101,8 @@ void Hypotheses::consider(BlobTuple tuple, std::uint32_t prediction) {
   hypotheses_.push_back(h);
 }
 
-// Fits all views; while they disagree, the view goes whose removal takes most of the disagreement away (its deletion
-// statistic r' (R - J P J')^-1 r; Cook and Weisberg, Residuals and Influence in Regression, 1982).
+// Fits all views; while they disagree, the view goes whose removal takes most of the disagreement away (its
+// deletion statistic r' (R - J P J')^-1 r; Cook and Weisberg, Residuals and Influence in Regression, 1982).
 bool Hypotheses::fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
                      Triangulated& point) const noexcept {
   for (;;) {
@@ -137,10 +139,11 @@ bool Hypotheses::fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& v
   }
 }
 
-// A blob much larger than the marker has another one merged into it, a much smaller one is partly hidden: either way its
-// centroid is off by about the difference of the radii. Returns the views widened, as bits.
-std::uint32_t Hypotheses::widen_odd_sizes(const BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
-                                 const Triangulated& point) const noexcept {
+// A blob much larger than the marker has another one merged into it, a much smaller one is partly hidden:
+// either way its centroid is off by about the difference of the radii. Returns the views widened, as bits.
+std::uint32_t Hypotheses::widen_odd_sizes(const BlobTuple& tuple,
+                                          std::array<Observation, kMatchCameras>& views,
+                                          const Triangulated& point) const noexcept {
   std::array<double, kMatchCameras> sizes{}, px_per_m{};
   std::size_t known = 0;
   for (std::size_t k = 0; k < tuple.count; ++k) {
@@ -167,8 +170,10 @@ std::uint32_t Hypotheses::widen_odd_sizes(const BlobTuple& tuple, std::array<Obs
         difference = d;
     } else {
       const double expected = options_.marker_radius_m * px_per_m[k];
-      if (const double d = blob.radius_px - kSizeTooLarge * expected - kBlurAllowance_px; d > 0.0) difference = d;
-      if (const double d = kSizeTooSmall * expected - kSizeMargin_px - blob.radius_px; d > 0.0) difference = -d;
+      if (const double d = blob.radius_px - kSizeTooLarge * expected - kBlurAllowance_px; d > 0.0)
+        difference = d;
+      if (const double d = kSizeTooSmall * expected - kSizeMargin_px - blob.radius_px; d > 0.0)
+        difference = -d;
     }
     if (difference == 0.0) continue;
     views[k].covariance_px2 += difference * difference * Eigen::Matrix2d::Identity();
@@ -206,10 +211,10 @@ bool Hypotheses::evaluate(BlobTuple& tuple, std::uint32_t prediction, Hypothesis
   return true;
 }
 
-// Log-likelihood ratio as in multi-sensor assignment (Poore 1994; Deb, Yeddanapudi, Pattipati, Bar-Shalom 1997): each
-// blob is worth its density at the residual over that of clutter, each camera that should see the marker and does not
-// costs log(1 - P_D), and the position is integrated over its prior: as many markers as a camera has blobs, uniformly in
-// the volume, or the prediction.
+// Log-likelihood ratio as in multi-sensor assignment (Poore 1994; Deb, Yeddanapudi, Pattipati, Bar-Shalom
+// 1997): each blob is worth its density at the residual over that of clutter, each camera that should see the
+// marker and does not costs log(1 - P_D), and the position is integrated over its prior: as many markers as a
+// camera has blobs, uniformly in the volume, or the prediction.
 double Hypotheses::score_of(const BlobTuple& tuple, std::span<const Observation> views,
                             const Hypothesis& h) const noexcept {
   double score = -0.5 * h.point.chi2;
@@ -234,16 +239,27 @@ double Hypotheses::score_of(const BlobTuple& tuple, std::span<const Observation>
   return score - 0.5 * distance2 - 0.5 * std::log(s.determinant());
 }
 
+// A variant of the same marker shares its track, or most blobs with it; another marker does not.
 bool Hypotheses::shared_by_others(std::uint32_t blob, std::size_t hypothesis) const noexcept {
-  const auto own = blobs_of(hypotheses_[hypothesis]);
+  const Hypothesis& h = hypotheses_[hypothesis];
   for (std::uint32_t m = head_of_blob_[blob]; m != kNone; m = next_of_blob_[m]) {
+    const Hypothesis& other = hypotheses_[owner_[m]];
     if (owner_[m] == hypothesis) continue;
-    // A variant of the same marker shares most blobs with it; another marker does not.
-    const auto other = blobs_of(hypotheses_[owner_[m]]);
-    const auto common = std::count_if(own.begin(), own.end(), [other](std::uint32_t b) {
-      return std::find(other.begin(), other.end(), b) != other.end();
-    });
-    if (2 * static_cast<std::size_t>(common) <= own.size()) return true;
+    if (h.prediction != kNoPrediction) {
+      if (h.prediction != other.prediction) return true;
+      continue;
+    }
+    const auto a = blobs_of(h), b = blobs_of(other);  // both ascending
+    std::size_t common = 0;
+    for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
+      if (a[i] == b[j]) ++common;
+      if (a[i] < b[j]) {
+        ++i;
+      } else {
+        ++j;
+      }
+    }
+    if (2 * common <= a.size()) return true;
   }
   return false;
 }
@@ -251,14 +267,22 @@ bool Hypotheses::shared_by_others(std::uint32_t blob, std::size_t hypothesis) co
 void Hypotheses::split_contested() {
   const std::size_t originals = hypotheses_.size();
   for (std::size_t k = 0; k < originals; ++k) {
-    if (hypotheses_[k].count <= std::max(min_views_, 2u)) continue;
-    for (std::uint32_t m = 0; m < hypotheses_[k].count; ++m) {
-      const std::uint32_t contested = members_[hypotheses_[k].first + m];
-      if (!shared_by_others(contested, k)) continue;
+    const Hypothesis h = hypotheses_[k];
+    if (h.count <= std::max(min_views_, 2u)) continue;
+    BlobTuple contested, rest;
+    for (std::uint32_t m = 0; m < h.count; ++m) {
+      const std::uint32_t blob = members_[h.first + m];
+      (shared_by_others(blob, k) ? contested : rest).add(blob);
+    }
+    if (contested.count == 0) continue;
+    if (rest.count >= min_views_) consider(rest, h.prediction);
+    // One by one only while they are few: of many, it is rarely just one that the other marker takes.
+    if (contested.count == 1 || contested.count > kContestedOneByOne) continue;
+    for (std::uint32_t left_out : contested.span()) {
       BlobTuple without;
-      for (std::uint32_t blob : blobs_of(hypotheses_[k]))
-        if (blob != contested) without.add(blob);
-      consider(without, hypotheses_[k].prediction);
+      for (std::uint32_t m = 0; m < h.count; ++m)
+        if (members_[h.first + m] != left_out) without.add(members_[h.first + m]);
+      consider(without, h.prediction);
     }
   }
 }

@@ -19,10 +19,10 @@ inline constexpr std::uint32_t kNoPrediction = std::numeric_limits<std::uint32_t
 
 struct Hypothesis {
   Triangulated point;
-  double score = 0.0;            ///< log-likelihood ratio: one marker against that many blobs of clutter
+  double score = 0.0;  ///< log-likelihood ratio: one marker against that many blobs of clutter
   std::uint32_t first = 0, count = 0;
   std::uint32_t prediction = kNoPrediction;
-  bool doubtful = false;         ///< at most one of its blobs looks like one whole marker
+  bool doubtful = false;  ///< at most one of its blobs looks like one whole marker
 };
 
 /// A consistent tuple of blobs, at most one per camera, ascending.
@@ -38,8 +38,8 @@ class Hypotheses {
   /// All borrowed for the life of this.
   Hypotheses(std::span<const Camera> cameras, const MatchOptions& options, const BlobTable& table);
 
-  /// Forgets everything; clutter densities are taken from the blobs that are free now. A tuple with fewer views than
-  /// `min_views` is not kept, nor more than `limit` tuples.
+  /// Forgets everything; clutter densities are taken from the blobs that are free now. A tuple with fewer
+  /// views than `min_views` is not kept, nor more than `limit` tuples.
   void reset(std::span<const Prediction> predictions, unsigned min_views, std::size_t limit);
 
   /// Extends a pair to the tuples of all other cameras that agree with it, and keeps them.
@@ -70,10 +70,12 @@ class Hypotheses {
   void extend_into(std::size_t camera, const Partial& partial);
   void consider(BlobTuple tuple, std::uint32_t prediction);
   bool evaluate(BlobTuple& tuple, std::uint32_t prediction, Hypothesis& h) const noexcept;
-  bool fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& views, Triangulated& point) const noexcept;
+  bool fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
+           Triangulated& point) const noexcept;
   std::uint32_t widen_odd_sizes(const BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
-                       const Triangulated& point) const noexcept;
-  double score_of(const BlobTuple& tuple, std::span<const Observation> views, const Hypothesis& h) const noexcept;
+                                const Triangulated& point) const noexcept;
+  double score_of(const BlobTuple& tuple, std::span<const Observation> views,
+                  const Hypothesis& h) const noexcept;
   bool shared_by_others(std::uint32_t blob, std::size_t hypothesis) const noexcept;
 
   std::span<const Camera> cameras_;
@@ -81,15 +83,15 @@ class Hypotheses {
   const BlobTable& table_;
   TriangulateOptions triangulate_options_;
   double log_volume_ = 0.0, log_density_ = 0.0;  // of the space; of markers in it, per m^3
-  std::vector<double> log_clutter_;  // per pixel^2, by camera
+  std::vector<double> log_clutter_;              // per pixel^2, by camera
   std::span<const Prediction> predictions_;
   unsigned min_views_ = 2;
   std::size_t limit_ = 0;
   bool full_ = false;
 
   std::vector<Hypothesis> hypotheses_;
-  std::vector<std::uint32_t> members_;                // blobs
-  std::vector<std::uint32_t> owner_, next_of_blob_;   // by member: its hypothesis, the blob's next member
+  std::vector<std::uint32_t> members_;               // blobs
+  std::vector<std::uint32_t> owner_, next_of_blob_;  // by member: its hypothesis, the blob's next member
   std::vector<std::uint32_t> head_of_blob_;
   SeenSet seen_;
   std::vector<Partial> beam_, grown_;

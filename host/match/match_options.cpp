@@ -8,7 +8,8 @@ void MatchOptions::check(std::vector<std::string>& problems) const {
   if (!(sigma_px > 0.0)) problems.emplace_back("match.sigma_px must be > 0");
   if (!(gate_px > 0.0)) problems.emplace_back("match.gate_px must be > 0");
   if (gate_px < sigma_px) problems.emplace_back("match.gate_px must not be smaller than match.sigma_px");
-  if (min_cameras < 2 || min_cameras > kMatchCameras) problems.emplace_back("match.min_cameras must be 2 to 32");
+  if (min_cameras < 2 || min_cameras > kMatchCameras)
+    problems.emplace_back("match.min_cameras must be 2 to 32");
   if (!(marker_radius_m >= 0.0)) problems.emplace_back("match.marker_radius_m must be >= 0 (0: unknown)");
   if (!(min_range_m > 0.0)) problems.emplace_back("match.min_range_m must be > 0");
   if (!(max_range_m > min_range_m)) problems.emplace_back("match.max_range_m must be > match.min_range_m");

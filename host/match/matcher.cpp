@@ -16,13 +16,13 @@
 namespace glint {
 namespace {
 
-// A prediction that is this uncertain in some camera, or that finds so many blobs, cannot tell them apart: its marker is
-// found without it, and the tracker joins them.
+// A prediction that is this uncertain in some camera, or that finds so many blobs, cannot tell them apart:
+// its marker is found without it, and the tracker joins them.
 constexpr double kVaguePx = 40.0;
 constexpr std::size_t kVagueBlobs = 6;
 
-// Tuples kept at most: 150 MB. Far fewer (so many per blob of the fullest camera, and some) mean that the blobs are too
-// dense for so few views to tell them apart; then more views are asked for first.
+// Tuples kept at most: 150 MB. Far fewer (so many per blob of the fullest camera, and some) mean that the
+// blobs are too dense for so few views to tell them apart; then more views are asked for first.
 constexpr std::size_t kMaxHypotheses = std::size_t{1} << 19;
 constexpr std::size_t kAmbiguousPerBlob = 8, kAmbiguousBase = 4096;
 
@@ -77,7 +77,8 @@ Matcher::Matcher(const Calibration& calibration, const MatchOptions& options) {
 Matcher::~Matcher() = default;
 
 void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
-                    std::span<const Prediction> predictions, std::vector<Point>& points, MatchCounters& counters) {
+                    std::span<const Prediction> predictions, std::vector<Point>& points,
+                    MatchCounters& counters) {
   Impl& m = *impl_;
   GLINT_CHECK(blobs.size() == m.cameras.size());
   points.clear();
@@ -105,7 +106,8 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
   counters.inexact += m.packed.inexact;
 }
 
-// Blobs near to where the prediction expects them, by camera; sets `vague` if there are too many to be of use.
+// Blobs near to where the prediction expects them, by camera; sets `vague` if there are too many to be of
+// use.
 void Matcher::Impl::collect_candidates(const Prediction& prediction) {
   vague = false;
   for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
@@ -152,7 +154,8 @@ void Matcher::Impl::match_all_pairs(unsigned min_views) {
   select(min_views == 2 ? -kTwoViewLogOdds : 0.0, 0);
 }
 
-// False if there are more than `limit` hypotheses: the rest was not looked for unless the limit is the last one.
+// False if there are more than `limit` hypotheses: the rest was not looked for unless the limit is the last
+// one.
 bool Matcher::Impl::collect_all_pairs(unsigned min_views, std::size_t limit) {
   hypotheses.reset({}, min_views, limit);
   for (std::size_t a = 0; a < cameras.size(); ++a)
@@ -165,14 +168,15 @@ bool Matcher::Impl::collect_all_pairs(unsigned min_views, std::size_t limit) {
   return !hypotheses.full();
 }
 
-// A camera that should show a point but has no blob for it may show it merged into another blob nearby, which then is a
-// bad witness for any further point.
+// A camera that should show a point but has no blob for it may show it merged into another blob nearby, which
+// then is a bad witness for any further point.
 void Matcher::Impl::suspect_what_points_explain() {
   for (const Point& point : *points) {
     double radius_m = 0.0;
     for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
       if (point.blob_of_camera[camera] < 0) continue;
-      const MatchBlob& blob = table[table.begin_of(camera) + static_cast<std::uint32_t>(point.blob_of_camera[camera])];
+      const MatchBlob& blob =
+          table[table.begin_of(camera) + static_cast<std::uint32_t>(point.blob_of_camera[camera])];
       const double range = (point.position_in_world - cameras[camera].position_in_world()).norm();
       radius_m = std::max(radius_m, blob.radius_px * blob.angle_per_px * range);
     }
@@ -196,7 +200,8 @@ void Matcher::Impl::select(double bonus, std::size_t prediction_count) {
   for (std::size_t k = 0; k < hypotheses.size(); ++k) {
     const Hypothesis& h = hypotheses[k];
     elements.assign(hypotheses.blobs_of(h).begin(), hypotheses.blobs_of(h).end());
-    if (h.prediction != kNoPrediction) elements.push_back(static_cast<std::uint32_t>(table.size() + h.prediction));
+    if (h.prediction != kNoPrediction)
+      elements.push_back(static_cast<std::uint32_t>(table.size() + h.prediction));
     packing.add(elements, h.score + bonus);
   }
   packing.solve(chosen, packed);

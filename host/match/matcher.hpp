@@ -20,13 +20,14 @@ namespace glint {
 inline constexpr std::size_t kMatchCameras = 32;
 
 struct MatchOptions {
-  double sigma_px = 0.05;  ///< standard deviation, per axis, of a good blob's centroid; a camera's calibration rms_px is
-                           ///< added to it in quadrature
-  double gate_px = 1.0;           ///< largest reprojection residual of a blob that may belong to a point
-  unsigned min_cameras = 2;       ///< views that a point needs
-  double marker_radius_m = 0.0;   ///< 0: unknown; else sphere-projection bias is removed and blob sizes are checked
-  double min_range_m = 0.1;       ///< nearest point to a camera
-  double max_range_m = 100.0;     ///< farthest
+  double sigma_px = 0.05;    ///< standard deviation, per axis, of a good blob's centroid; a camera's
+                             ///< calibration rms_px is added to it in quadrature
+  double gate_px = 1.0;      ///< largest reprojection residual of a blob that may belong to a point
+  unsigned min_cameras = 2;  ///< views that a point needs
+  double marker_radius_m =
+      0.0;  ///< 0: unknown; else sphere-projection bias is removed and blob sizes are checked
+  double min_range_m = 0.1;                              ///< nearest point to a camera
+  double max_range_m = 100.0;                            ///< farthest
   void check(std::vector<std::string>& problems) const;  ///< appends "match.gate_px must be > 0", ...
 };
 
@@ -41,17 +42,20 @@ struct Prediction {
 struct Point {
   Eigen::Vector3d position_in_world = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
-  double rms_px = 0.0;                                   ///< reprojection error over the views used
-  std::uint32_t views = 0;                               ///< cameras used
+  double rms_px = 0.0;                                     ///< reprojection error over the views used
+  std::uint32_t views = 0;                                 ///< cameras used
   std::array<std::int32_t, kMatchCameras> blob_of_camera;  ///< index into that camera's blobs; -1: not used
-  TrackId predicted_by{};                                ///< track whose prediction claimed the blobs; 0: none
+  TrackId predicted_by{};  ///< track whose prediction claimed the blobs; 0: none
 };
 
 struct MatchCounters {
   std::uint64_t blobs = 0, points = 0, unmatched_blobs = 0;
-  std::uint64_t hypotheses = 0, components = 0, exact = 0, inexact = 0;  ///< conflict graph: solved exactly or not
-  std::uint64_t hypotheses_cut = 0;  ///< hypotheses dropped because a limit was reached: reported, never silent
-  std::uint64_t held_back = 0;  ///< pairs not made into points: only two views, one of which looks merged or cut off
+  std::uint64_t hypotheses = 0, components = 0, exact = 0,
+                inexact = 0;  ///< conflict graph: solved exactly or not
+  std::uint64_t hypotheses_cut =
+      0;  ///< hypotheses dropped because a limit was reached: reported, never silent
+  std::uint64_t held_back =
+      0;  ///< pairs not made into points: only two views, one of which looks merged or cut off
 };
 
 /// Thread-bound. No allocation in match() once it has seen its largest input.
@@ -61,9 +65,10 @@ class Matcher {
   Matcher(const Calibration& calibration, const MatchOptions& options);
   ~Matcher();
 
-  /// blobs[camera] lists that camera's blobs with x_undist, y_undist filled. Replaces `points`; adds to `counters`.
-  void match(std::span<const std::span<const shaders::BlobRecord>> blobs, std::span<const Prediction> predictions,
-             std::vector<Point>& points, MatchCounters& counters);
+  /// blobs[camera] lists that camera's blobs with x_undist, y_undist filled. Replaces `points`; adds to
+  /// `counters`.
+  void match(std::span<const std::span<const shaders::BlobRecord>> blobs,
+             std::span<const Prediction> predictions, std::vector<Point>& points, MatchCounters& counters);
 
  private:
   struct Impl;

@@ -12,8 +12,8 @@
 namespace glint {
 namespace {
 
-constexpr double kMinSine = 0.03;   // rays that meet below 1.7 degrees (or above 178.3) give no depth
-constexpr double kCoarse = 1.5;     // the walk's tolerance, widened: meet() decides
+constexpr double kMinSine = 0.03;  // rays that meet below 1.7 degrees (or above 178.3) give no depth
+constexpr double kCoarse = 1.5;    // the walk's tolerance, widened: meet() decides
 
 /// The part of [low, high] in which value + s * slope >= limit.
 void clip(double value, double slope, double limit, double& low, double& high) noexcept {
@@ -33,7 +33,8 @@ PairSearch::PairSearch(std::span<const Camera> cameras, const MatchOptions& opti
 
 std::optional<BlobPair> PairSearch::meet(std::uint32_t a, std::uint32_t b) const noexcept {
   const MatchBlob &p = table_[a], &q = table_[b];
-  const Eigen::Vector3d &ca = cameras_[p.camera].position_in_world(), &cb = cameras_[q.camera].position_in_world();
+  const Eigen::Vector3d &ca = cameras_[p.camera].position_in_world(),
+                        &cb = cameras_[q.camera].position_in_world();
   const Eigen::Vector3d base = cb - ca;
   const Eigen::Vector3d normal = p.direction_in_world.cross(q.direction_in_world);
   const double sine2 = normal.squaredNorm();
@@ -48,8 +49,9 @@ std::optional<BlobPair> PairSearch::meet(std::uint32_t a, std::uint32_t b) const
   double variance = std::pow(metre_per_px_a * p.sigma_px, 2) + std::pow(metre_per_px_b * q.sigma_px, 2);
   if (const double r2 = options_.marker_radius_m * options_.marker_radius_m; r2 > 0.0) {
     // The bias of the outline's centre, removed later, moves a ray by up to r^2 tan(t) / range.
-    variance += r2 * r2 *
-                (p.normalized.squaredNorm() / (range_a * range_a) + q.normalized.squaredNorm() / (range_b * range_b));
+    variance +=
+        r2 * r2 *
+        (p.normalized.squaredNorm() / (range_a * range_a) + q.normalized.squaredNorm() / (range_b * range_b));
   }
   const double skew = base.dot(normal), distance2 = skew * skew / sine2;
   if (distance2 > kPairChi2 * variance) return std::nullopt;
@@ -95,7 +97,8 @@ void PairSearch::collect_along_line(std::uint32_t a, std::size_t camera) {
   const double widest = std::min(std::max(tolerance_at(s0), tolerance_at(s1)),
                                  std::max(grid.x1 - grid.x0, grid.y1 - grid.y0) + grid.cell_px);
   if (length < widest) {  // the whole ray is one spot there
-    table_.near(camera, 0.5 * (e0 + e1), 0.5 * length + widest, [this](std::uint32_t b) { candidates_.push_back(b); });
+    table_.near(camera, 0.5 * (e0 + e1), 0.5 * length + widest,
+                [this](std::uint32_t b) { candidates_.push_back(b); });
     return;
   }
   const Eigen::Vector2d across = Eigen::Vector2d(-along.y(), along.x()) / length;
@@ -109,10 +112,11 @@ void PairSearch::collect_along_line(std::uint32_t a, std::size_t camera) {
   clip(-e0.y(), -along.y(), -grid.y1 - widest, t0, t1);
   if (!(t0 <= t1)) return;
 
-  // Row by row where the line is steep, else column by column turned into rows: visit_cells() takes row stretches, so
-  // that a line that runs along the rows needs few calls.
+  // Row by row where the line is steep, else column by column turned into rows: visit_cells() takes row
+  // stretches, so that a line that runs along the rows needs few calls.
   const Eigen::Vector2d p0 = e0 + t0 * along, p1 = e0 + t1 * along;
-  const int k = std::abs(along.x()) > std::abs(along.y()) ? 0 : 1;  // focal and axis by which the depth is recovered
+  const int k =
+      std::abs(along.x()) > std::abs(along.y()) ? 0 : 1;  // focal and axis by which the depth is recovered
   const double focal = k == 0 ? c.fx_px : c.fy_px, centre = k == 0 ? c.cx_px : c.cy_px;
   const auto tolerance_at_pixel = [&](double w) {
     const double n = (w - centre) / focal;

@@ -24,11 +24,12 @@ class PairSearch {
   /// All borrowed for the life of the search.
   PairSearch(std::span<const Camera> cameras, const MatchOptions& options, const BlobTable& table);
 
-  /// Do the rays of two blobs of different cameras meet, in front of both, within the ranges, at a usable angle?
+  /// Do the rays of two blobs of different cameras meet, in front of both, within the ranges, at a usable
+  /// angle?
   std::optional<BlobPair> meet(std::uint32_t a, std::uint32_t b) const noexcept;
 
-  /// Calls visit(const BlobPair&) for every free blob of `camera` that blob `a` meets. Walks the grid cells along the
-  /// epipolar line between the ranges, so that the cost grows with the blobs near the line only.
+  /// Calls visit(const BlobPair&) for every free blob of `camera` that blob `a` meets. Walks the grid cells
+  /// along the epipolar line between the ranges, so that the cost grows with the blobs near the line only.
   template <typename Visit>
   void partners(std::uint32_t a, std::size_t camera, Visit&& visit) {
     candidates_.clear();

@@ -7,8 +7,8 @@
 
 namespace glint {
 
-/// Stands for the set of tuples already tried: a collision of 64-bit hashes is taken as equality (a million tuples
-/// collide with a probability of 3e-8).
+/// Stands for the set of tuples already tried: a collision of 64-bit hashes is taken as equality (a million
+/// tuples collide with a probability of 3e-8).
 class SeenSet {
  public:
   void clear() {

@@ -10,9 +10,9 @@ namespace glint {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
-constexpr std::size_t kExactSets = 64;          // one machine word per row of the conflict matrix
-constexpr std::uint32_t kBranchNodes = 20'000;  // about 2 ms; real components need fewer than 100
-constexpr int kExchangeRounds = 20;             // three rounds are the most seen to improve anything
+constexpr std::size_t kExactSets = 64;        // one machine word per row of the conflict matrix
+constexpr std::uint32_t kBranchNodes = 5000;  // a few milliseconds; real components need fewer than 100
+constexpr int kExchangeRounds = 20;           // three rounds are the most seen to improve anything
 
 }  // namespace
 
@@ -114,8 +114,8 @@ void SetPacking::solve_exact(std::span<const std::uint32_t> sets, std::vector<st
     if ((best_taken_ >> i & 1u) != 0) chosen.push_back(sets[i]);
 }
 
-// An upper bound: the sets are covered by cliques of the conflict graph, of each of which one set can be taken at most.
-// They come best first, so that a clique's first set is its largest.
+// An upper bound: the sets are covered by cliques of the conflict graph, of each of which one set can be
+// taken at most. They come best first, so that a clique's first set is its largest.
 double SetPacking::bound(std::uint64_t remaining) const noexcept {
   double sum = 0.0;
   while (remaining != 0) {
@@ -143,7 +143,8 @@ void SetPacking::branch(std::uint64_t remaining, std::uint64_t taken, double sco
     if (score + bound(remaining) <= best_score_) return;
     const auto first = static_cast<std::size_t>(std::countr_zero(remaining));
     remaining &= remaining - 1;
-    branch(remaining & ~conflicts_[first], taken | std::uint64_t{1} << first, score + component_scores_[first]);
+    branch(remaining & ~conflicts_[first], taken | std::uint64_t{1} << first,
+           score + component_scores_[first]);
   }
 }
 
@@ -174,8 +175,8 @@ double SetPacking::score_in_the_way(std::uint32_t set) const noexcept {
   return sum;
 }
 
-// One round: a set goes in where it is worth more than what it displaces; then one set goes out where several that it
-// alone keeps out are together worth more.
+// One round: a set goes in where it is worth more than what it displaces; then one set goes out where several
+// that it alone keeps out are together worth more.
 bool SetPacking::exchange(std::span<const std::uint32_t> sets) {
   bool improved = false;
   for (std::uint32_t set : sets)

@@ -8,9 +8,10 @@
 
 namespace glint {
 
-/// Correspondence as an optimisation problem: a set is a hypothesis ("these blobs and this track are one marker"), its
-/// elements are the blobs, of which each may be used once. The problem falls into connected components; each is solved
-/// exactly by branch and bound while it is small, else best-first followed by exchanges. Keeps its memory.
+/// Correspondence as an optimisation problem: a set is a hypothesis ("these blobs and this track are one
+/// marker"), its elements are the blobs, of which each may be used once. The problem falls into connected
+/// components; each is solved exactly by branch and bound while it is small, else best-first followed by
+/// exchanges. Keeps its memory.
 class SetPacking {
  public:
   struct Counters {
@@ -30,7 +31,8 @@ class SetPacking {
     return {members_.data() + first_[set], members_.data() + first_[set + 1]};
   }
   std::uint32_t root(std::uint32_t element) noexcept;
-  void solve_exact(std::span<const std::uint32_t> sets, std::vector<std::uint32_t>& chosen, Counters& counters);
+  void solve_exact(std::span<const std::uint32_t> sets, std::vector<std::uint32_t>& chosen,
+                   Counters& counters);
   void solve_best_first(std::span<const std::uint32_t> sets, std::vector<std::uint32_t>& chosen);
   bool exchange(std::span<const std::uint32_t> sets);
   void branch(std::uint64_t remaining, std::uint64_t taken, double score) noexcept;
@@ -44,7 +46,7 @@ class SetPacking {
   std::vector<std::uint32_t> parent_, owner_;  // by element
   std::vector<std::uint32_t> order_, component_of_;
   std::vector<std::uint32_t> users_first_, users_, touched_;  // sets of each element
-  std::vector<std::uint8_t> in_use_;                // by set
+  std::vector<std::uint8_t> in_use_;                          // by set
 
   // Of the component that is being solved exactly.
   std::vector<std::uint64_t> conflicts_;

@@ -9,8 +9,12 @@ namespace glint {
 
 BlobInput::BlobInput(std::unique_ptr<BlobSource> source, std::span<const gpu::Lens> lenses, double rate_hz,
                      const PaceOptions& pace, std::uint64_t max_sets)
-    : source_(std::move(source)), lenses_(lenses.begin(), lenses.end()), rate_hz_(rate_hz), pacer_(pace),
-      paced_(pace.pace != Pace::Fastest), max_sets_(max_sets) {
+    : source_(std::move(source)),
+      lenses_(lenses.begin(), lenses.end()),
+      rate_hz_(rate_hz),
+      pacer_(pace),
+      paced_(pace.pace != Pace::Fastest),
+      max_sets_(max_sets) {
   GLINT_CHECK(lenses_.size() == source_->cameras().size());
 }
 
@@ -29,7 +33,8 @@ ReadStatus BlobInput::next(TickBlobs& tick) noexcept {
   tick.cameras.resize(set_.cameras.size());
   for (std::size_t camera = 0; camera < set_.cameras.size(); ++camera) {
     for (gpu::BlobRecord& blob : set_.cameras[camera]) {
-      const gpu::Undistorted u = gpu::undistort(lenses_[camera], static_cast<double>(blob.x_px), static_cast<double>(blob.y_px));
+      const gpu::Undistorted u =
+          gpu::undistort(lenses_[camera], static_cast<double>(blob.x_px), static_cast<double>(blob.y_px));
       blob.camera = static_cast<std::uint32_t>(camera);
       blob.x_undist = static_cast<float>(u.x);
       blob.y_undist = static_cast<float>(u.y);

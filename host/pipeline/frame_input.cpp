@@ -10,8 +10,8 @@
 namespace glint {
 namespace {
 
-// A set waits here while the tracker is busy. A live source may fall this far behind before sets are dropped: four periods
-// ride out a scheduling hiccup, and older results than that help nobody.
+// A set waits here while the tracker is busy. A live source may fall this far behind before sets are dropped:
+// four periods ride out a scheduling hiccup, and older results than that help nobody.
 constexpr std::size_t kRing = 8;
 constexpr std::size_t kLiveBacklog = 4;
 
@@ -35,12 +35,16 @@ std::unique_ptr<gpu::Detector> make(std::span<const SourceCamera> cameras, std::
 
 FrameInput::FrameInput(std::unique_ptr<FrameSource> source, std::span<const gpu::Lens> lenses,
                        const FrameInputOptions& options)
-    : source_(std::move(source)), options_(options),
+    : source_(std::move(source)),
+      options_(options),
       // the ring, those in flight, the one being filled, the one popped, and one for the reader at each end
       pool_(std::make_unique<FramePool>(sizes_of(source_->cameras()),
                                         static_cast<std::uint32_t>(kRing + options.detector.depth + 4))),
-      detector_(make(source_->cameras(), lenses, options)), in_place_(detector_->adopt_frame_memory(pool_->memory())),
-      ring_(kRing), in_flight_(std::max(1u, options.detector.depth)), images_(source_->cameras().size()),
+      detector_(make(source_->cameras(), lenses, options)),
+      in_place_(detector_->adopt_frame_memory(pool_->memory())),
+      ring_(kRing),
+      in_flight_(std::max(1u, options.detector.depth)),
+      images_(source_->cameras().size()),
       last_sequence_(source_->cameras().size()) {}
 
 FrameInput::~FrameInput() {
@@ -61,7 +65,8 @@ void FrameInput::capture() noexcept {
   const double rate = source_->rate_hz();
   Pacer pacer(options_.pace);
   ReadStatus status = ReadStatus::Ok;
-  for (std::uint64_t n = 0; !stop.stop_requested() && (options_.max_sets == 0 || n < options_.max_sets); ++n) {
+  for (std::uint64_t n = 0; !stop.stop_requested() && (options_.max_sets == 0 || n < options_.max_sets);
+       ++n) {
     FrameSet set;
     status = source_->read(*pool_, set);
     if (status != ReadStatus::Ok) break;
@@ -74,7 +79,8 @@ void FrameInput::capture() noexcept {
     if (!is_live) {
       if (!ring_.wait_push(std::move(set))) break;
     } else if (!ring_.push(std::move(set))) {
-      dropped_.fetch_add(1, std::memory_order_relaxed);  // the consumer is stuck: it will drop the older ones itself
+      dropped_.fetch_add(
+          1, std::memory_order_relaxed);  // the consumer is stuck: it will drop the older ones itself
     }
   }
   source_end_ = status == ReadStatus::Ok ? ReadStatus::End : status;

@@ -24,7 +24,8 @@ struct FrameInputOptions {
 class FrameInput final : public TickInput {
  public:
   /// lenses: one per camera of the source. Throws gpu::Error, glint::Error.
-  FrameInput(std::unique_ptr<FrameSource> source, std::span<const gpu::Lens> lenses, const FrameInputOptions& options);
+  FrameInput(std::unique_ptr<FrameSource> source, std::span<const gpu::Lens> lenses,
+             const FrameInputOptions& options);
   ~FrameInput() override;
 
   /// What a pixel of that camera must exceed to be bright. Before the first next(). Throws gpu::Error.
@@ -47,7 +48,7 @@ class FrameInput final : public TickInput {
 
   std::unique_ptr<FrameSource> source_;
   FrameInputOptions options_;
-  std::unique_ptr<FramePool> pool_;          // after the source, before the detector that reads from it
+  std::unique_ptr<FramePool> pool_;  // after the source, before the detector that reads from it
   std::unique_ptr<gpu::Detector> detector_;
   bool in_place_ = false;
   Ring<FrameSet> ring_;
@@ -60,7 +61,7 @@ class FrameInput final : public TickInput {
   std::string problem_;
   ReadStatus source_end_ = ReadStatus::End;  // written by the capture thread before it closes the ring
   std::atomic<std::uint64_t> sets_{0}, dropped_{0}, late_{0}, overflows_{0}, copied_{0};
-  SourceCounters source_counters_;           // written before the ring is closed
+  SourceCounters source_counters_;  // written before the ring is closed
   std::atomic<bool> source_done_{false};
   std::stop_source stop_;
   std::thread thread_;  // last: it uses everything above

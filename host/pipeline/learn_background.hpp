@@ -14,7 +14,8 @@ struct LearntLimits {
   std::size_t frames = 0;  ///< learnt from, of the camera that gave fewest
 };
 
-/// Reads up to `frames` sets, which the source then lacks: median over time + margin. Throws Error when a camera gave none.
+/// Reads up to `frames` sets, which the source then lacks: median over time + margin. Throws Error when a
+/// camera gave none.
 LearntLimits learn_limits(FrameSource& source, std::size_t frames, unsigned margin);
 
 }  // namespace glint

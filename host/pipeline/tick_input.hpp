@@ -29,11 +29,11 @@ struct TickBlobs {
 
 /// Counted since start; what was lost is never silent.
 struct InputCounters {
-  std::uint64_t sets = 0;            ///< frame sets handed to the tracker
-  std::uint64_t dropped = 0;         ///< live only: whole sets dropped, oldest first, because the tracker was behind
-  std::uint64_t late = 0;            ///< live only: sets that the source delivered more than one period late
-  std::uint64_t overflows = 0;       ///< camera images with more blobs than room
-  std::uint64_t copied = 0;          ///< frames that the device could not read in place
+  std::uint64_t sets = 0;     ///< frame sets handed to the tracker
+  std::uint64_t dropped = 0;  ///< live only: whole sets dropped, oldest first, because the tracker was behind
+  std::uint64_t late = 0;     ///< live only: sets that the source delivered more than one period late
+  std::uint64_t overflows = 0;  ///< camera images with more blobs than room
+  std::uint64_t copied = 0;     ///< frames that the device could not read in place
   SourceCounters source;
 };
 

@@ -5,14 +5,18 @@
 namespace glint {
 namespace {
 
-constexpr std::size_t kResults = 32;        // a third of a second at 90 Hz for a slow disk
+constexpr std::size_t kResults = 32;  // a third of a second at 90 Hz for a slow disk
 constexpr std::size_t kPointsReserved = 512;
 
 }  // namespace
 
-TrackPipeline::TrackPipeline(std::unique_ptr<TickInput> input, const Calibration& calibration, const MatchOptions& match,
-                             const TrackOptions& track)
-    : input_(std::move(input)), matcher_(calibration, match), tracker_(track), results_(kResults), spares_(kResults) {
+TrackPipeline::TrackPipeline(std::unique_ptr<TickInput> input, const Calibration& calibration,
+                             const MatchOptions& match, const TrackOptions& track)
+    : input_(std::move(input)),
+      matcher_(calibration, match),
+      tracker_(track),
+      results_(kResults),
+      spares_(kResults) {
   for (std::size_t i = 0; i < kResults; ++i) {
     auto result = std::make_unique<TickResult>();
     result->points.reserve(kPointsReserved);

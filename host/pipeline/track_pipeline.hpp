@@ -43,9 +43,9 @@ class TrackPipeline {
                 const TrackOptions& track);
   ~TrackPipeline();
 
-  /// Tracks to the end of the input; `on_result` is called for every tick, in order, on this thread, and may block: a
-  /// recording waits for it, of a live source results are dropped, counted. Returns Failed with problem() set when the
-  /// input failed.
+  /// Tracks to the end of the input; `on_result` is called for every tick, in order, on this thread, and may
+  /// block: a recording waits for it, of a live source results are dropped, counted. Returns Failed with
+  /// problem() set when the input failed.
   ReadStatus run(const std::function<void(const TickResult&)>& on_result);
 
   /// Any thread, also a signal-watching one.

@@ -66,7 +66,8 @@ void Assignment::solve(std::size_t rows, std::size_t columns, std::span<const As
   }
 }
 
-void Assignment::solve_best_first(std::span<AssignmentEdge> edges, std::vector<std::uint32_t>& column_of_row) {
+void Assignment::solve_best_first(std::span<AssignmentEdge> edges,
+                                  std::vector<std::uint32_t>& column_of_row) {
   std::sort(edges.begin(), edges.end(), [](const AssignmentEdge& a, const AssignmentEdge& b) {
     if (a.gain != b.gain) return a.gain > b.gain;
     return a.row != b.row ? a.row < b.row : a.column < b.column;
@@ -79,13 +80,14 @@ void Assignment::solve_best_first(std::span<AssignmentEdge> edges, std::vector<s
 }
 
 // Costs are -gain; column m + r is row r's own "stays alone" at cost 0, so that every row gets a column.
-void Assignment::solve_component(std::span<const AssignmentEdge> edges, std::vector<std::uint32_t>& column_of_row) {
+void Assignment::solve_component(std::span<const AssignmentEdge> edges,
+                                 std::vector<std::uint32_t>& column_of_row) {
   const std::size_t n = rows_.size(), m = columns_.size();
   for (std::uint32_t k = 0; k < n; ++k) local_[rows_[k]] = k;
   gain_.assign(n * m, 0.0);
   for (const AssignmentEdge& edge : edges) {
-    const auto column = static_cast<std::size_t>(std::lower_bound(columns_.begin(), columns_.end(), edge.column) -
-                                                 columns_.begin());
+    const auto column = static_cast<std::size_t>(
+        std::lower_bound(columns_.begin(), columns_.end(), edge.column) - columns_.begin());
     double& gain = gain_[local_[edge.row] * m + column];
     gain = std::max(gain, edge.gain);
   }

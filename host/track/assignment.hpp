@@ -17,8 +17,9 @@ struct AssignmentEdge {
 
 inline constexpr std::uint32_t kUnassigned = std::numeric_limits<std::uint32_t>::max();
 
-/// Splits the problem into connected components and solves each with shortest augmenting paths (Jonker and Volgenant,
-/// Computing 38, 1987). Components above 256 rows are solved best-first and counted. Keeps its memory.
+/// Splits the problem into connected components and solves each with shortest augmenting paths (Jonker and
+/// Volgenant, Computing 38, 1987). Components above 256 rows are solved best-first and counted. Keeps its
+/// memory.
 class Assignment {
  public:
   /// column_of_row is resized to `rows`.
@@ -34,10 +35,10 @@ class Assignment {
   void augment(std::size_t row, std::size_t row_count, std::size_t column_count);
 
   std::vector<AssignmentEdge> edges_;
-  std::vector<std::uint32_t> parent_;              // rows, then columns
-  std::vector<std::uint32_t> local_;               // number of a node within its component
-  std::vector<std::uint32_t> rows_, columns_;      // of the component
-  std::vector<double> gain_;                       // dense, of the component
+  std::vector<std::uint32_t> parent_;          // rows, then columns
+  std::vector<std::uint32_t> local_;           // number of a node within its component
+  std::vector<std::uint32_t> rows_, columns_;  // of the component
+  std::vector<double> gain_;                   // dense, of the component
   std::vector<double> row_price_, column_price_, slack_;
   std::vector<std::uint32_t> row_of_column_, previous_;
   std::vector<std::uint8_t> done_, column_used_;

@@ -6,7 +6,8 @@
 
 namespace glint {
 
-Motion::Motion(const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance_m2, double velocity_sd_m_s) noexcept
+Motion::Motion(const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance_m2,
+               double velocity_sd_m_s) noexcept
     : state_(Vector6::Zero()), covariance_(Matrix6::Zero()) {
   state_.head<3>() = position;
   covariance_.topLeftCorner<3, 3>() = covariance_m2;
@@ -24,7 +25,8 @@ void Motion::advance(double seconds, double acceleration_sd_m_s2) noexcept {
   covariance_ = moved + acceleration_sd_m_s2 * acceleration_sd_m_s2 * g * g.transpose();
 }
 
-double Motion::distance2(const Eigen::Vector3d& measured, const Eigen::Matrix3d& covariance_m2) const noexcept {
+double Motion::distance2(const Eigen::Vector3d& measured,
+                         const Eigen::Matrix3d& covariance_m2) const noexcept {
   const Eigen::Vector3d d = measured - position();
   const Eigen::Matrix3d s = position_covariance() + covariance_m2;
   return d.dot(s.inverse() * d);

@@ -13,10 +13,11 @@ class Motion {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
   /// A marker first seen: its velocity is zero within velocity_sd_m_s per axis.
-  Motion(const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance_m2, double velocity_sd_m_s) noexcept;
+  Motion(const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance_m2,
+         double velocity_sd_m_s) noexcept;
 
-  /// White acceleration, constant within the step (Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking
-  /// and Navigation, 6.3.2).
+  /// White acceleration, constant within the step (Bar-Shalom, Li, Kirubarajan, Estimation with Applications
+  /// to Tracking and Navigation, 6.3.2).
   void advance(double seconds, double acceleration_sd_m_s2) noexcept;
   /// Squared Mahalanobis distance of a measured position, three degrees of freedom.
   double distance2(const Eigen::Vector3d& measured, const Eigen::Matrix3d& covariance_m2) const noexcept;

@@ -14,17 +14,18 @@
 namespace glint {
 namespace {
 
-// Chi-square, three degrees of freedom: 25 is exceeded once in 65,000 by a marker that moves as the model says, and such
-// markers are what the gate is for; 11.3 (1 %) is where the velocity is taken to have changed.
+// Chi-square, three degrees of freedom: 25 is exceeded once in 65,000 by a marker that moves as the model
+// says, and such markers are what the gate is for; 11.3 (1 %) is where the velocity is taken to have changed.
 constexpr double kGateChi2 = 25.0, kSurpriseChi2 = 11.3;
 // Triangulation does not know all of its errors; below this the filter would trust it blindly.
 constexpr double kMeasurementFloor_m = 2e-5;
-// Points of unknown origin per cubic metre and frame: what an assignment must beat. Only its logarithm counts.
+// Points of unknown origin per cubic metre and frame: what an assignment must beat. Only its logarithm
+// counts.
 constexpr double kNewPointDensity = 0.01;
 // A marker bounces off with at most the speed that it came with, give or take.
 constexpr double kBounceSpeedFactor = 1.2, kBounceSpeedOffset_m_s = 1.0;
 constexpr double kStandStill_m = 0.01;  // how far measurements of a marker at rest may lie apart, generously
-constexpr unsigned kBounceFrames = 2;  // frames after the last measurement in which a bounce is looked for
+constexpr unsigned kBounceFrames = 2;   // frames after the last measurement in which a bounce is looked for
 
 struct Track {
   TrackId id;
@@ -52,7 +53,8 @@ struct Tracker::Impl {
   void start(const Point& point, std::uint32_t number);
   void sort_points(std::span<const Point> points);
   template <typename Visit>
-  void free_points_near(std::span<const Point> points, const Eigen::Vector3d& centre, double reach_m, Visit&& visit);
+  void free_points_near(std::span<const Point> points, const Eigen::Vector3d& centre, double reach_m,
+                        Visit&& visit);
 
   const TrackOptions options;
   std::vector<Track> tracks;  // ascending ids
@@ -92,7 +94,8 @@ void Tracker::predict(Timestamp exposed, std::vector<Prediction>& predictions) {
   }
 }
 
-void Tracker::update(std::span<const Point> points, std::vector<TrackedPoint>& tracked, TrackCounters& counters) {
+void Tracker::update(std::span<const Point> points, std::vector<TrackedPoint>& tracked,
+                     TrackCounters& counters) {
   Impl& t = *impl_;
   tracked.clear();
   t.point_taken.assign(points.size(), 0);
@@ -147,7 +150,8 @@ void Tracker::Impl::take_predicted(std::span<const Point> points) {
         std::lower_bound(tracks.begin(), tracks.end(), points[k].predicted_by,
                          [](const Track& track, TrackId id) { return number(track.id) < number(id); });
     if (found == tracks.end() || found->id != points[k].predicted_by || found->point != kUnassigned) continue;
-    if (found->motion.distance2(points[k].position_in_world, measurement_covariance(points[k])) > kGateChi2) continue;
+    if (found->motion.distance2(points[k].position_in_world, measurement_covariance(points[k])) > kGateChi2)
+      continue;
     found->point = k;
     point_taken[k] = 1;
   }
@@ -164,11 +168,11 @@ void Tracker::Impl::sort_points(std::span<const Point> points) {
 }
 
 template <typename Visit>
-void Tracker::Impl::free_points_near(std::span<const Point> points, const Eigen::Vector3d& centre, double reach_m,
-                                     Visit&& visit) {
-  auto it = std::lower_bound(
-      points_by_x.begin(), points_by_x.end(), centre.x() - reach_m,
-      [points](std::uint32_t k, double x) { return points[k].position_in_world.x() < x; });
+void Tracker::Impl::free_points_near(std::span<const Point> points, const Eigen::Vector3d& centre,
+                                     double reach_m, Visit&& visit) {
+  auto it =
+      std::lower_bound(points_by_x.begin(), points_by_x.end(), centre.x() - reach_m,
+                       [points](std::uint32_t k, double x) { return points[k].position_in_world.x() < x; });
   for (; it != points_by_x.end() && points[*it].position_in_world.x() <= centre.x() + reach_m; ++it)
     if (point_taken[*it] == 0 && (points[*it].position_in_world - centre).squaredNorm() <= reach_m * reach_m)
       visit(*it);
@@ -205,16 +209,16 @@ void Tracker::Impl::assign_by_likelihood(std::span<const Point> points) {
   }
 }
 
-// Second chance for a marker whose velocity turned round between two exposures: it is where its speed could take it,
-// in whatever direction, and no other lost track or new point is there to be confused with.
+// Second chance for a marker whose velocity turned round between two exposures: it is where its speed could
+// take it, in whatever direction, and no other lost track or new point is there to be confused with.
 void Tracker::Impl::assign_bounces(std::span<const Point> points) {
   edges.clear();
   edges_of_point.assign(points.size(), 0);
   for (std::uint32_t k = 0; k < tracks.size(); ++k) {
     const Track& track = tracks[k];
     if (track.point != kUnassigned || !track.published || track.missed >= kBounceFrames) continue;
-    const double speed = std::min(options.max_speed_m_s,
-                                  kBounceSpeedFactor * track.motion.velocity().norm() + kBounceSpeedOffset_m_s);
+    const double speed = std::min(
+        options.max_speed_m_s, kBounceSpeedFactor * track.motion.velocity().norm() + kBounceSpeedOffset_m_s);
     const std::size_t before = edges.size();
     free_points_near(points, track.measured_at, speed * track.since_measured_s, [&](std::uint32_t point) {
       edges.push_back({k, point, 1.0});
@@ -250,10 +254,11 @@ void Tracker::Impl::correct(Track& track, const Point& point) {
 }
 
 void Tracker::Impl::start(const Point& point, std::uint32_t point_number) {
-  tracks.push_back({TrackId{next_id++}, Motion(point.position_in_world, measurement_covariance(point),
-                                               options.max_speed_m_s / 3.0),
-                    point.position_in_world, 0.0, 1, 0,
-                    point.views >= 3 || options.confirm_frames_two_views <= 1, point_number});
+  tracks.push_back(
+      {TrackId{next_id++},
+       Motion(point.position_in_world, measurement_covariance(point), options.max_speed_m_s / 3.0),
+       point.position_in_world, 0.0, 1, 0, point.views >= 3 || options.confirm_frames_two_views <= 1,
+       point_number});
 }
 
 }  // namespace glint

@@ -18,8 +18,9 @@ namespace glint {
 struct TrackOptions {
   double acceleration_sd_m_s2 = 30.0;  ///< process noise of the constant-velocity model
   double max_speed_m_s = 25.0;         ///< a new track's velocity is unknown up to this
-  unsigned confirm_frames_two_views = 3;  ///< consistent frames before a track seen by two cameras only is published
-  unsigned max_missed_frames = 9;      ///< frames without a measurement before a track ends
+  unsigned confirm_frames_two_views =
+      3;                           ///< consistent frames before a track seen by two cameras only is published
+  unsigned max_missed_frames = 9;  ///< frames without a measurement before a track ends
   void check(std::vector<std::string>& problems) const;
 };
 
@@ -47,7 +48,8 @@ class Tracker {
   /// Moves all tracks to time `exposed` and lists where they expect their markers. Call before matching.
   void predict(Timestamp exposed, std::vector<Prediction>& predictions);
 
-  /// Takes the points of the exposure that predict() was called for; replaces `tracked` with what is published.
+  /// Takes the points of the exposure that predict() was called for; replaces `tracked` with what is
+  /// published.
   void update(std::span<const Point> points, std::vector<TrackedPoint>& tracked, TrackCounters& counters);
 
  private:

@@ -12,19 +12,19 @@ using uint = std::uint32_t;
 // Weights are (value - limit). Pixels: (0,0) is the centre of the top-left pixel.
 struct BlobRecord {
   uint camera;
-  uint flags;      // kBlob... bits below
-  uint area_px;    // number of pixels
-  uint sum;        // grey sum: sum of the pixel values (at most 255 * 2^24, fits)
-  uint weight;     // sum of (value - limit)
-  uint peak;       // largest pixel value
-  uint x_min_px;   // bounding box, inclusive
+  uint flags;     // kBlob... bits below
+  uint area_px;   // number of pixels
+  uint sum;       // grey sum: sum of the pixel values (at most 255 * 2^24, fits)
+  uint weight;    // sum of (value - limit)
+  uint peak;      // largest pixel value
+  uint x_min_px;  // bounding box, inclusive
   uint y_min_px;
   uint x_max_px;
   uint y_max_px;
-  float x_px;      // weighted centroid, raw (distorted) image
+  float x_px;  // weighted centroid, raw (distorted) image
   float y_px;
-  float x_undist;  // the same after undistortion, in the z = 1 plane of the camera, with the
-  float y_undist;  // second-order term (the mean of the undistorted pixels, not the undistorted mean)
+  float x_undist;    // the same after undistortion, in the z = 1 plane of the camera, with the
+  float y_undist;    // second-order term (the mean of the undistorted pixels, not the undistorted mean)
   float var_xx_px2;  // weighted second central moments, raw image
   float var_xy_px2;
   float var_yy_px2;

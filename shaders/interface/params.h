@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the host tells the shaders: one block for the detector, one per camera, and the counters that they share.
+// What the host tells the shaders: one block for the detector, one per camera, and the counters that they
+// share.
 #ifndef GLINT_SHADERS_PARAMS_H
 #define GLINT_SHADERS_PARAMS_H
 #ifdef __cplusplus
@@ -11,7 +12,8 @@ using uint = std::uint32_t;
 #define GLINT_CONST const uint
 #endif
 
-// Images are cut into tiles of 16 x 8 pixels: 16 bytes are one texel of a frame row, 8 rows of 16 bits one uvec4.
+// Images are cut into tiles of 16 x 8 pixels: 16 bytes are one texel of a frame row, 8 rows of 16 bits one
+// uvec4.
 GLINT_CONST kTileWidth = 16u;
 GLINT_CONST kTileHeight = 8u;
 GLINT_CONST kMaxCameraCount = 32u;
@@ -28,9 +30,10 @@ struct CameraParams {
   uint tiles_x;
   uint tiles_y;
 
-  uint limit_texel;  // first texel of the limit image: tiles_x texels a row, tiles_y * 8 rows, padded with 255
-  uint tile_base;    // first entry in the arrays that have one entry per tile
-  uint slot_base;    // first entry in the arrays that have one entry per local component
+  uint
+      limit_texel;  // first texel of the limit image: tiles_x texels a row, tiles_y * 8 rows, padded with 255
+  uint tile_base;   // first entry in the arrays that have one entry per tile
+  uint slot_base;   // first entry in the arrays that have one entry per local component
   uint extra_slots;  // slots beyond one per tile
 
   float fx_px;
@@ -51,11 +54,11 @@ struct CameraParams {
 
 // One cache line pair per camera: two workers that count for different cameras must not share a line.
 struct CameraCounters {
-  uint tiles;       // candidate tiles listed
-  uint extra;       // slots used beyond one per tile
-  uint roots;       // components, listed for the last step
-  uint blobs;       // blobs that passed the area filter
-  uint flags;       // kCounter... bits
+  uint tiles;  // candidate tiles listed
+  uint extra;  // slots used beyond one per tile
+  uint roots;  // components, listed for the last step
+  uint blobs;  // blobs that passed the area filter
+  uint flags;  // kCounter... bits
   uint padding[27];
 };
 

@@ -11,8 +11,8 @@ namespace glint::gpu::testing {
 namespace {
 
 auto integers(const BlobRecord& b) {
-  return std::make_tuple(b.y_min_px, b.x_min_px, b.area_px, b.sum, b.y_max_px, b.x_max_px, b.weight, b.peak, b.flags,
-                         b.camera);
+  return std::make_tuple(b.y_min_px, b.x_min_px, b.area_px, b.sum, b.y_max_px, b.x_max_px, b.weight, b.peak,
+                         b.flags, b.camera);
 }
 
 bool close(float expected, float actual, double absolute, double relative) {
@@ -29,23 +29,26 @@ std::vector<BlobRecord> sorted(std::span<const BlobRecord> blobs) {
 }
 
 std::string describe(const BlobRecord& b) {
-  return "blob at (" + std::to_string(b.x_px) + ", " + std::to_string(b.y_px) + "), box " + std::to_string(b.x_min_px) +
-         ".." + std::to_string(b.x_max_px) + " x " + std::to_string(b.y_min_px) + ".." + std::to_string(b.y_max_px) +
-         ", area " + std::to_string(b.area_px) + ", sum " + std::to_string(b.sum) + ", weight " +
-         std::to_string(b.weight) + ", peak " + std::to_string(b.peak) + ", flags " + std::to_string(b.flags) +
-         ", camera " + std::to_string(b.camera) + ", undistorted (" + std::to_string(b.x_undist) + ", " +
-         std::to_string(b.y_undist) + "), moments " + std::to_string(b.var_xx_px2) + " " +
-         std::to_string(b.var_xy_px2) + " " + std::to_string(b.var_yy_px2);
+  return "blob at (" + std::to_string(b.x_px) + ", " + std::to_string(b.y_px) + "), box " +
+         std::to_string(b.x_min_px) + ".." + std::to_string(b.x_max_px) + " x " + std::to_string(b.y_min_px) +
+         ".." + std::to_string(b.y_max_px) + ", area " + std::to_string(b.area_px) + ", sum " +
+         std::to_string(b.sum) + ", weight " + std::to_string(b.weight) + ", peak " + std::to_string(b.peak) +
+         ", flags " + std::to_string(b.flags) + ", camera " + std::to_string(b.camera) + ", undistorted (" +
+         std::to_string(b.x_undist) + ", " + std::to_string(b.y_undist) + "), moments " +
+         std::to_string(b.var_xx_px2) + " " + std::to_string(b.var_xy_px2) + " " +
+         std::to_string(b.var_yy_px2);
 }
 
 }  // namespace
 
-::testing::AssertionResult same_blobs(const CameraBlobs& expected, const CameraBlobs& actual, const Lens& lens) {
+::testing::AssertionResult same_blobs(const CameraBlobs& expected, const CameraBlobs& actual,
+                                      const Lens& lens) {
   if (expected.found != actual.found || expected.overflow != actual.overflow ||
       expected.blobs.size() != actual.blobs.size()) {
     return ::testing::AssertionFailure()
            << "expected " << expected.found << " found, " << expected.blobs.size() << " kept, overflow "
-           << expected.overflow << "; got " << actual.found << ", " << actual.blobs.size() << ", " << actual.overflow;
+           << expected.overflow << "; got " << actual.found << ", " << actual.blobs.size() << ", "
+           << actual.overflow;
   }
   const auto key = [](const BlobRecord& b) { return std::tuple(b.y_min_px, b.x_min_px, b.area_px, b.sum); };
   if (!std::is_sorted(actual.blobs.begin(), actual.blobs.end(),
@@ -56,14 +59,16 @@ std::string describe(const BlobRecord& b) {
   for (std::size_t i = 0; i < e.size(); ++i) {
     const auto differs = [&](const char* what) {
       return ::testing::AssertionFailure()
-             << what << " of blob " << i << " of " << e.size() << "\n  expected " << describe(e[i]) << "\n  got      "
-             << describe(a[i]);
+             << what << " of blob " << i << " of " << e.size() << "\n  expected " << describe(e[i])
+             << "\n  got      " << describe(a[i]);
     };
     if (integers(e[i]) != integers(a[i])) return differs("an integer");
-    if (!close(e[i].x_px, a[i].x_px, 0.001, 0) || !close(e[i].y_px, a[i].y_px, 0.001, 0)) return differs("the centroid");
+    if (!close(e[i].x_px, a[i].x_px, 0.001, 0) || !close(e[i].y_px, a[i].y_px, 0.001, 0))
+      return differs("the centroid");
     // A covariance is as good as the variances it belongs to.
     const double var = static_cast<double>(e[i].var_xx_px2) + static_cast<double>(e[i].var_yy_px2);
-    if (!close(e[i].var_xx_px2, a[i].var_xx_px2, 1e-3, 1e-3) || !close(e[i].var_yy_px2, a[i].var_yy_px2, 1e-3, 1e-3) ||
+    if (!close(e[i].var_xx_px2, a[i].var_xx_px2, 1e-3, 1e-3) ||
+        !close(e[i].var_yy_px2, a[i].var_yy_px2, 1e-3, 1e-3) ||
         !close(e[i].var_xy_px2, a[i].var_xy_px2, 1e-3 + 1e-3 * var, 0)) {
       return differs("a second moment");
     }
@@ -105,8 +110,8 @@ void expect_equal_to_reference(const DetectorCase& detector, std::span<const Tes
   const BlobBatch expected = detect(*reference, views), actual = detect(*tested, views);
   for (std::size_t i = 0; i < images.size(); ++i) {
     EXPECT_TRUE(same_blobs(expected.cameras[i], actual.cameras[i], formats[i].lens))
-        << tested->device_name() << ", camera " << i << ": " << images[i].name << ", " << images[i].width_px << "x"
-        << images[i].height_px;
+        << tested->device_name() << ", camera " << i << ": " << images[i].name << ", " << images[i].width_px
+        << "x" << images[i].height_px;
   }
 }
 

@@ -14,7 +14,8 @@ namespace glint::gpu::testing {
 
 /// Integers equal, centroids and undistorted points within 0.001 px, second moments within 1e-3 relative.
 /// The order of blobs is checked to be the promised one.
-::testing::AssertionResult same_blobs(const CameraBlobs& expected, const CameraBlobs& actual, const Lens& lens);
+::testing::AssertionResult same_blobs(const CameraBlobs& expected, const CameraBlobs& actual,
+                                      const Lens& lens);
 
 /// Runs `detector` and the reference over one frame set and compares camera by camera. Images without
 /// pixels stand for missing frames.

@@ -22,8 +22,9 @@ std::vector<DetectorCase> detector_cases() {
   std::vector<DetectorCase> cases;
   for (std::size_t k = 0; k < row_kernels().size(); ++k) {
     for (const unsigned threads : {1u, 2u, 5u}) {
-      cases.push_back({"cpu_" + std::string(row_kernels()[k].name) + "_" + std::to_string(threads), "", k, threads,
-                       FramePath::Auto, threads == 2, threads == 2 ? Layout::Aligned : Layout::Unaligned});
+      cases.push_back({"cpu_" + std::string(row_kernels()[k].name) + "_" + std::to_string(threads), "", k,
+                       threads, FramePath::Auto, threads == 2,
+                       threads == 2 ? Layout::Aligned : Layout::Unaligned});
     }
   }
   struct Path {
@@ -41,8 +42,8 @@ std::vector<DetectorCase> detector_cases() {
                              Path{"copy", FramePath::Copy, true, Layout::Aligned},
                              Path{"upload", FramePath::Upload, false, Layout::Unaligned}}) {
       if (path.path == FramePath::Import && !device.imports_host_memory) continue;
-      cases.push_back({"vulkan" + std::to_string(device.index) + "_" + path.name, device.uuid, 0, 1, path.path,
-                       path.adopt, path.layout});
+      cases.push_back({"vulkan" + std::to_string(device.index) + "_" + path.name, device.uuid, 0, 1,
+                       path.path, path.adopt, path.layout});
     }
   }
   return cases;

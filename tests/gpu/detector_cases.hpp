@@ -16,12 +16,12 @@
 namespace glint::gpu::testing {
 
 struct DetectorCase {
-  std::string name;               // letters, digits and _ only: part of the test's name
-  std::string device;             // for make_detector(); empty: the CPU detector with `kernels`
-  std::size_t kernels = 0;        // index into row_kernels()
+  std::string name;         // letters, digits and _ only: part of the test's name
+  std::string device;       // for make_detector(); empty: the CPU detector with `kernels`
+  std::size_t kernels = 0;  // index into row_kernels()
   unsigned threads = 1;
   FramePath frame_path = FramePath::Auto;
-  bool adopt = false;             // offer the frames' memory
+  bool adopt = false;  // offer the frames' memory
   Layout layout = Layout::Aligned;
 
   bool on_gpu() const noexcept { return !device.empty(); }

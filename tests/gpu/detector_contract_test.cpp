@@ -50,7 +50,8 @@ TEST_P(DetectorContract, TooManyBlobsAreCountedAndFlagged) {
   std::vector<TestImage> next = images;
   for (std::size_t i = 0; i < next.size(); ++i) {
     for (std::size_t p = 0; p < next[i].pixels.size(); ++p) {
-      if (p % next[i].width_px < 10 || p % next[i].width_px > 20 || p / next[i].width_px > 12) next[i].pixels[p] = 0;
+      if (p % next[i].width_px < 10 || p % next[i].width_px > 20 || p / next[i].width_px > 12)
+        next[i].pixels[p] = 0;
     }
     memory.write(i, next[i]);
   }
@@ -78,8 +79,9 @@ TEST_P(DetectorContract, HasRoomFor8192BlobsByDefault) {
 
 TEST_P(DetectorContract, FramesDoNotLeakIntoEachOther) {
   // Full, empty, noisy and sparse frames in turn through one detector.
-  std::vector<TestImage> shown = {noise_image(161, 90, 0.5, 1), all_black(161, 90), noise_image(161, 90, 0.1, 2),
-                                  all_white(161, 90), soft_spots(161, 90, 5, 20.0, 3)};
+  std::vector<TestImage> shown = {noise_image(161, 90, 0.5, 1), all_black(161, 90),
+                                  noise_image(161, 90, 0.1, 2), all_white(161, 90),
+                                  soft_spots(161, 90, 5, 20.0, 3)};
   const std::vector<TestImage> cameras(3, shown[0]);
   const auto formats = formats_of(cameras);
   FrameMemory memory(cameras, GetParam().layout);
@@ -94,7 +96,8 @@ TEST_P(DetectorContract, FramesDoNotLeakIntoEachOther) {
     if (frame % 7 == 3) views[1].pixels = nullptr;
     const BlobBatch expected = detect(*reference, views), actual = detect(*detector, views);
     for (std::size_t i = 0; i < cameras.size(); ++i) {
-      ASSERT_TRUE(same_blobs(expected.cameras[i], actual.cameras[i], formats[i].lens)) << frame << ", camera " << i;
+      ASSERT_TRUE(same_blobs(expected.cameras[i], actual.cameras[i], formats[i].lens))
+          << frame << ", camera " << i;
     }
   }
 }
@@ -238,8 +241,10 @@ TEST_P(DetectorContract, CanBeDroppedWithSetsInFlight) {
 TEST_P(DetectorContract, LabelsAsScipyDoes) {
   // label_results.txt holds, for each input, one block per structuring element; the tenth is a full 3x3.
   const char* data = std::getenv("GLINT_TEST_DATA");
-  const std::filesystem::path folder = std::filesystem::path(data == nullptr ? "" : data) / "scipy-label-vectors";
-  if (data == nullptr || !std::filesystem::exists(folder)) GTEST_SKIP() << "SKIPPED: GLINT_TEST_DATA is not set";
+  const std::filesystem::path folder =
+      std::filesystem::path(data == nullptr ? "" : data) / "scipy-label-vectors";
+  if (data == nullptr || !std::filesystem::exists(folder))
+    GTEST_SKIP() << "SKIPPED: GLINT_TEST_DATA is not set";
   constexpr std::uint32_t kSide = 7, kBlock = kSide * kSide, kStructures = 14, kFull = 9;
   const auto read = [&](const char* name) {
     std::ifstream file(folder / name);
@@ -264,7 +269,8 @@ TEST_P(DetectorContract, LabelsAsScipyDoes) {
       if (label == 0) continue;
       Box& box = expected[label];
       const std::uint32_t x = i % kSide, y = i / kSide;
-      box = {box.area + 1, std::min(box.x_min, x), std::min(box.y_min, y), std::max(box.x_max, x), std::max(box.y_max, y)};
+      box = {box.area + 1, std::min(box.x_min, x), std::min(box.y_min, y), std::max(box.x_max, x),
+             std::max(box.y_max, y)};
     }
     FrameMemory memory({&image, 1}, GetParam().layout);
     const auto detector = GetParam().make(formats_of({&image, 1}), {});
@@ -278,7 +284,8 @@ TEST_P(DetectorContract, LabelsAsScipyDoes) {
     }
     std::sort(wanted.begin(), wanted.end());
     std::sort(got.begin(), got.end());
-    EXPECT_TRUE(wanted == got) << "input " << n << ": " << wanted.size() << " components, found " << got.size();
+    EXPECT_TRUE(wanted == got) << "input " << n << ": " << wanted.size() << " components, found "
+                               << got.size();
   }
 }
 

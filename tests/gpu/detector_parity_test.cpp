@@ -49,21 +49,24 @@ TEST_P(DetectorParity, NoiseOfAnyDensity) {
 }
 
 TEST_P(DetectorParity, NoiseInImagesOfAllSizesAtOnce) {
-  constexpr std::uint32_t kSizes[][2] = {{1, 1},   {1, 7},   {7, 1},   {15, 9},   {16, 8},  {17, 9},   {31, 33},
-                                         {64, 48}, {63, 49}, {65, 47}, {255, 3},  {256, 2}, {257, 5},  {3, 257},
-                                         {2, 300}, {128, 1}, {1, 100}, {129, 97}, {320, 8}, {323, 17}, {512, 30}};
+  constexpr std::uint32_t kSizes[][2] = {{1, 1},   {1, 7},    {7, 1},   {15, 9},  {16, 8},  {17, 9},
+                                         {31, 33}, {64, 48},  {63, 49}, {65, 47}, {255, 3}, {256, 2},
+                                         {257, 5}, {3, 257},  {2, 300}, {128, 1}, {1, 100}, {129, 97},
+                                         {320, 8}, {323, 17}, {512, 30}};
   for (const double density : {0.05, 0.35, 0.7}) {
     std::vector<TestImage> images;
     for (const auto& size : kSizes) {
-      images.push_back(noise_image(size[0], size[1], density, 31 + static_cast<std::uint32_t>(images.size())));
+      images.push_back(
+          noise_image(size[0], size[1], density, 31 + static_cast<std::uint32_t>(images.size())));
     }
     expect_equal_to_reference(GetParam(), images, roomy());
   }
 }
 
 TEST_P(DetectorParity, SmallestImages) {
-  std::vector<TestImage> images = {all_white(1, 1), all_black(1, 1), all_white(1, 7), all_white(7, 1), all_white(15, 9),
-                                   all_white(16, 8), all_white(17, 9), dot_grid(17, 9), dot_grid(1, 7)};
+  std::vector<TestImage> images = {all_white(1, 1),  all_black(1, 1),  all_white(1, 7),
+                                   all_white(7, 1),  all_white(15, 9), all_white(16, 8),
+                                   all_white(17, 9), dot_grid(17, 9),  dot_grid(1, 7)};
   expect_equal_to_reference(GetParam(), images, roomy());
 }
 
@@ -87,17 +90,20 @@ TEST_P(DetectorParity, OnePixelOnEveryPlaceOfTheBorder) {
 
 TEST_P(DetectorParity, FourRealisticCameras) {
   const std::vector<TestImage> images = {
-      soft_spots(1280, 800, 20, 40.0, 1), soft_spots(1280, 800, 200, 40.0, 2), soft_spots(1280, 800, 3, 300.0, 3),
+      soft_spots(1280, 800, 20, 40.0, 1), soft_spots(1280, 800, 200, 40.0, 2),
+      soft_spots(1280, 800, 3, 300.0, 3),
       image_from_mask(
           "random limit", 1280, 800,
-          [](std::uint32_t x, std::uint32_t y) { return std::hypot(x % 160 - 80.0, y % 100 - 50.0) < 1.0 + x / 60.0; },
+          [](std::uint32_t x, std::uint32_t y) {
+            return std::hypot(x % 160 - 80.0, y % 100 - 50.0) < 1.0 + x / 60.0;
+          },
           9)};
   expect_equal_to_reference(GetParam(), images, roomy());
 }
 
 TEST_P(DetectorParity, MissingFramesGiveNoBlobs) {
-  std::vector<TestImage> images = {noise_image(65, 33, 0.3, 1), noise_image(40, 20, 0.3, 2), noise_image(65, 33, 0.3, 3),
-                                   all_white(30, 30)};
+  std::vector<TestImage> images = {noise_image(65, 33, 0.3, 1), noise_image(40, 20, 0.3, 2),
+                                   noise_image(65, 33, 0.3, 3), all_white(30, 30)};
   images[0].pixels.clear();
   images[2].pixels.clear();
   expect_equal_to_reference(GetParam(), images, roomy());

@@ -136,7 +136,8 @@ std::vector<TestImage> shape_images(std::uint32_t width_px, std::uint32_t height
   add("checkerboard of 16x8", [](U x, U y) { return (x / 16 + y / 8) % 2 == 0; });
   add("dot grid", [](U x, U y) { return x % 2 == 0 && y % 2 == 0; });
   add("dots of 16x8", [](U x, U y) { return x % 16 == 15 && y % 8 == 7; });
-  add("dots at tile corners", [](U x, U y) { return (x % 16 == 15 || x % 16 == 0) && (y % 8 == 7 || y % 8 == 0); });
+  add("dots at tile corners",
+      [](U x, U y) { return (x % 16 == 15 || x % 16 == 0) && (y % 8 == 7 || y % 8 == 0); });
   add("diagonals down", [](U x, U y) { return (x + 400 - y) % 4 == 0; });
   add("diagonals up", [](U x, U y) { return (x + y) % 4 == 0; });
   add("crossing diagonals", [](U x, U y) { return (x + y) % 12 == 0 || (x + 1200 - y) % 12 == 0; });
@@ -144,7 +145,8 @@ std::vector<TestImage> shape_images(std::uint32_t width_px, std::uint32_t height
   add("thin rings", [&](U x, U y) { return static_cast<long>(distance(x, y)) % 2 == 0; });
   add("discs", [](U x, U y) { return std::hypot(x % 24 - 11.5, y % 24 - 11.5) < 9.0; });
   // Arms that meet only at the bottom.
-  add("U", [&](U x, U y) { return x % 12 == 1 || x % 12 == 9 || (y == h - 1 && x % 12 >= 1 && x % 12 <= 9); });
+  add("U",
+      [&](U x, U y) { return x % 12 == 1 || x % 12 == 9 || (y == h - 1 && x % 12 >= 1 && x % 12 <= 9); });
   add("nested U", [&](U x, U y) {
     const U depth = std::min(x, w - 1 - x);
     return depth % 2 == 0 || (y + depth + 1 >= h && (h - 1 - y) % 2 == 0);
@@ -169,7 +171,10 @@ std::vector<TestImage> shape_images(std::uint32_t width_px, std::uint32_t height
 
 Lens wide_lens(std::uint32_t width_px, std::uint32_t height_px) {
   const double f = 0.714 * std::max(width_px, height_px);
-  return {f, 1.01 * f, 0.5 * (width_px - 1) + 0.01 * f, 0.5 * (height_px - 1) - 0.02 * f,
+  return {f,
+          1.01 * f,
+          0.5 * (width_px - 1) + 0.01 * f,
+          0.5 * (height_px - 1) - 0.02 * f,
           {-0.32, 0.12, 0.0006, -0.0004, -0.015}};
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The validation layer has nothing to say about the detector, and says something as soon as a barrier is missing.
+// The validation layer has nothing to say about the detector, and says something as soon as a barrier is
+// missing.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -60,7 +61,8 @@ class MissingBarrier : public ::testing::TestWithParam<int> {};
 
 TEST_P(MissingBarrier, IsReported) {
   const std::vector<DeviceInfo> devices = list_devices();
-  const auto usable = std::find_if(devices.begin(), devices.end(), [](const DeviceInfo& d) { return d.usable; });
+  const auto usable =
+      std::find_if(devices.begin(), devices.end(), [](const DeviceInfo& d) { return d.usable; });
   if (usable == devices.end()) GTEST_SKIP() << "no Vulkan device";
   Messages messages;
   const std::vector<TestImage> images{noise_image(641, 479, 0.5, 4)};
@@ -71,7 +73,8 @@ TEST_P(MissingBarrier, IsReported) {
   (void)detect(*detector, memory.views());
   EXPECT_TRUE(std::any_of(messages.begin(), messages.end(),
                           [](const std::string& m) { return m.find("SYNC-HAZARD") != std::string::npos; }))
-      << "barrier " << GetParam() << " can be left out and nobody notices; " << messages.size() << " messages";
+      << "barrier " << GetParam() << " can be left out and nobody notices; " << messages.size()
+      << " messages";
 }
 
 INSTANTIATE_TEST_SUITE_P(Barriers, MissingBarrier, ::testing::Range(0, kBarriers));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A peer's synthetic correspondence test: four cameras, thousands of tracers, lists shuffled. Needs GLINT_TEST_DATA.
+// A peer's synthetic correspondence test: four cameras, thousands of tracers, lists shuffled. Needs
+// GLINT_TEST_DATA.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -55,7 +56,8 @@ CameraCalibration read_camera(const std::filesystem::path& path) {
     for (int column = 0; column < 3; ++column)
       rotation(row, column) = numbers(r[row]).at(static_cast<std::size_t>(column));
   // Written with six digits: the nearest rotation is what was meant.
-  const Pose camera_from_world{Eigen::Quaterniond(rotation).normalized(), 1e-3 * Eigen::Vector3d(t[0], t[1], t[2])};
+  const Pose camera_from_world{Eigen::Quaterniond(rotation).normalized(),
+                               1e-3 * Eigen::Vector3d(t[0], t[1], t[2])};
   c.world_from_camera = camera_from_world.inverse();
   return c;
 }
@@ -113,7 +115,8 @@ Outcome match_rows(const std::filesystem::path& folder, std::size_t rows, const 
     ++(right ? outcome.right : outcome.ghosts);
   }
   std::printf(
-      "%zu tracers, sigma %.3f gate %.2f px: %.3f %% right, %zu ghosts, %.2f s; %llu hypotheses, %llu cut; %llu "
+      "%zu tracers, sigma %.3f gate %.2f px: %.3f %% right, %zu ghosts, %.2f s; %llu hypotheses, %llu cut; "
+      "%llu "
       "components solved exactly, %llu not\n",
       outcome.tracers, options.sigma_px, options.gate_px,
       100.0 * static_cast<double>(outcome.right) / static_cast<double>(outcome.tracers), outcome.ghosts,

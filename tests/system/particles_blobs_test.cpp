@@ -36,7 +36,8 @@ Calibration read_calibration(const std::filesystem::path& path) {
     Eigen::Vector3d translation;
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t column = 0; column < 3; ++column)
-        rotation(static_cast<int>(row), static_cast<int>(column)) = from.at("R").at(row).at(column).get<double>();
+        rotation(static_cast<int>(row), static_cast<int>(column)) =
+            from.at("R").at(row).at(column).get<double>();
       translation[static_cast<int>(row)] = 1e-3 * from.at("t_mm").at(row).get<double>();
     }
     for (std::size_t d = 0; d < 5; ++d) c.k1_k2_p1_p2_k3[d] = from.at("dist_k1k2p1p2k3").at(d).get<double>();
@@ -90,8 +91,8 @@ TEST(ParticlesBlobs, ThePeersParticlesAreFound) {
   std::vector<double> distances_mm;
   std::size_t total = 0, made = 0;
   for (std::size_t frame = 0; frame < kFrames; ++frame) {
-    matcher.match(std::vector<std::span<const shaders::BlobRecord>>(blobs[frame].begin(), blobs[frame].end()), {},
-                  points, counters);
+    matcher.match(std::vector<std::span<const shaders::BlobRecord>>(blobs[frame].begin(), blobs[frame].end()),
+                  {}, points, counters);
     made += points.size();
     for (const Eigen::Vector3d& particle : particles[frame]) {
       double nearest = 1.0;

@@ -119,7 +119,7 @@ TEST_F(Commands, ShowPrintsARigFileThatReadsBack) {
   const Rig rig = read_rig(folder_.write("shown.toml", shown.out));
   EXPECT_EQ(rig.calibration.cameras.size(), 2u);
   EXPECT_EQ(rig.name, "out");
-  EXPECT_THAT(run("config --show").out, HasSubstr("[detect]\nthreshold = 40\n"));
+  EXPECT_THAT(run("config --show").out, HasSubstr("[detect]\nthreshold = 12\n"));
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ TEST_F(RigFile, ShortestFileGivesTheDefaults) {
   EXPECT_EQ(rig.path, folder_ / "rig.toml");
   EXPECT_EQ(rig.calibration_path, folder_ / "cal.toml");
   EXPECT_EQ(rig.gpu.device, "auto");
-  EXPECT_EQ(rig.detect.threshold, 40u);
+  EXPECT_EQ(rig.detect.threshold, 12u);
   EXPECT_EQ(rig.match.gate_px, defaults.match.gate_px);
   EXPECT_EQ(rig.track.max_missed_frames, defaults.track.max_missed_frames);
 }
@@ -136,7 +136,7 @@ TEST_F(RigFile, WhatShowPrintsReadsBackTheSame) {
 }
 
 TEST_F(RigFile, ShowWithoutARigPrintsTheDefaults) {
-  EXPECT_THAT(to_toml(Rig{}), HasSubstr("threshold = 40\n"));
+  EXPECT_THAT(to_toml(Rig{}), HasSubstr("threshold = 12\n"));
   EXPECT_THAT(to_toml(Rig{}), HasSubstr("# calibration = "));
 }
 

@@ -16,7 +16,8 @@ using testing::looking_at;
 using testing::random_camera;
 using testing::random_point;
 
-std::vector<Observation> observe(const std::vector<Camera>& cameras, const Eigen::Vector3d& point, double sigma_px) {
+std::vector<Observation> observe(const std::vector<Camera>& cameras, const Eigen::Vector3d& point,
+                                 double sigma_px) {
   std::vector<Observation> views;
   for (const Camera& camera : cameras)
     views.push_back({&camera, *camera.undistort(*camera.project(point)),

@@ -36,7 +36,8 @@ namespace {
 
 TEST(CpuDetector, AllocatesNothingAfterTheFirstFrame) {
   std::mt19937 random(1);
-  const std::vector<CameraFormat> formats(3, CameraFormat{333, 222, {300, 300, 160, 110, {-0.3, 0.1, 0, 0, 0}}});
+  const std::vector<CameraFormat> formats(3,
+                                          CameraFormat{333, 222, {300, 300, 160, 110, {-0.3, 0.1, 0, 0, 0}}});
   // The first frame is nearly empty; what comes after is as bad as it can be.
   std::vector<std::vector<std::uint8_t>> frames;
   for (const unsigned percent : {1u, 30u, 50u, 99u, 5u}) {

@@ -27,7 +27,10 @@ std::vector<NamedLens> good_lenses() {
       {"barely unfolded", {914, 914, 640, 400, {-0.32, 0.055, 0, 0, 0}}, 1280, 800},
       {"pincushion", {700, 700, 640, 400, {0.25, 0.1, 0.001, 0.001, 0.02}}, 1280, 800},
       {"long, k2 of 18.8",
-       {6488.587866545513, 6471.767811559866, 783.097278091372, 509.29316279382255,
+       {6488.587866545513,
+        6471.767811559866,
+        783.097278091372,
+        509.29316279382255,
         {-0.0778486546624676, 18.783720840702266, -0.02072902674808729, 0.02205120134649478, 0.0}},
        1280,
        1024},
@@ -70,7 +73,8 @@ TEST(Lens, UndistortFindsThePointThatWasDistorted) {
   for (const NamedLens& n : good_lenses()) {
     int inside = 0;
     for (int i = 0; i < 2000; ++i) {
-      const double x = unit(random) * n.width_px / n.lens.fx_px, y = unit(random) * n.height_px / n.lens.fy_px;
+      const double x = unit(random) * n.width_px / n.lens.fx_px,
+                   y = unit(random) * n.height_px / n.lens.fy_px;
       double x_px = 0, y_px = 0;
       distort(n.lens, x, y, x_px, y_px);
       if (std::hypot(x, y) > 1.1 || x_px < 0 || x_px > n.width_px || y_px < 0 || y_px > n.height_px) continue;
@@ -89,7 +93,8 @@ TEST(Lens, ReportsWhereTheModelFoldsOver) {
   const Lens lens{914, 914, 640, 400, {-0.32, 0, 0, 0, 0}};
   const double fold_px = 914 * 0.680414;
   for (double angle = 0; angle < 6.28; angle += 0.1) {
-    for (const double r_px : {0.0, 100.0, 400.0, 600.0, fold_px - 0.1, fold_px + 0.1, 640.0, 700.0, 754.0, 2000.0}) {
+    for (const double r_px :
+         {0.0, 100.0, 400.0, 600.0, fold_px - 0.1, fold_px + 0.1, 640.0, 700.0, 754.0, 2000.0}) {
       const double x_px = 640 + r_px * std::cos(angle), y_px = 400 + r_px * std::sin(angle);
       const Undistorted u = undistort(lens, x_px, y_px);
       EXPECT_EQ(u.converged, r_px < fold_px) << r_px;
@@ -102,8 +107,8 @@ TEST(Lens, ReportsWhereTheModelFoldsOver) {
 }
 
 TEST(Lens, IsNotFooledByASecondBranch) {
-  // The radial curve rises to 0.56 at r = 0.88, falls, and rises again: points beyond have a solution far out,
-  // which no ray of a real lens takes.
+  // The radial curve rises to 0.56 at r = 0.88, falls, and rises again: points beyond have a solution far
+  // out, which no ray of a real lens takes.
   const Lens lens{1000, 1000, 0, 0, {-0.50, 0.0, 0, 0, 0.05}};
   double previous = 0, fold = 0;
   for (double r = 0; r < 3; r += 1e-4) {
@@ -143,7 +148,8 @@ Sampled sample_disc(const Lens& lens, double cx, double cy, double diameter_px) 
   std::vector<std::pair<double, double>> points;
   for (int i = 0; i < kSteps; ++i) {
     for (int j = 0; j < kSteps; ++j) {
-      const double dx = ((i + 0.5) / kSteps - 0.5) * diameter_px, dy = ((j + 0.5) / kSteps - 0.5) * diameter_px;
+      const double dx = ((i + 0.5) / kSteps - 0.5) * diameter_px,
+                   dy = ((j + 0.5) / kSteps - 0.5) * diameter_px;
       if (std::hypot(dx, dy) <= 0.5 * diameter_px) points.emplace_back(cx + dx, cy + dy);
     }
   }
@@ -155,7 +161,8 @@ Sampled sample_disc(const Lens& lens, double cx, double cy, double diameter_px) 
     s.x += u.x / n, s.y += u.y / n, s.cx += x / n, s.cy += y / n;
   }
   for (const auto& [x, y] : points) {
-    s.xx += (x - s.cx) * (x - s.cx) / n, s.xy += (x - s.cx) * (y - s.cy) / n, s.yy += (y - s.cy) * (y - s.cy) / n;
+    s.xx += (x - s.cx) * (x - s.cx) / n, s.xy += (x - s.cx) * (y - s.cy) / n,
+        s.yy += (y - s.cy) * (y - s.cy) / n;
   }
   return s;
 }
@@ -163,7 +170,8 @@ Sampled sample_disc(const Lens& lens, double cx, double cy, double diameter_px) 
 TEST(Lens, SecondOrderTermEqualsResampling) {
   const Lens lens{914, 914, 640, 400, {-0.32, 0.12, 0.0006, -0.0004, -0.015}};
   for (const double diameter_px : {10.0, 20.0, 40.0}) {
-    for (const auto& [cx, cy] : {std::pair{22.0, 22.0}, {1257.0, 777.0}, {320.0, 200.0}, {640.0, 400.0}, {22.0, 777.0}}) {
+    for (const auto& [cx, cy] :
+         {std::pair{22.0, 22.0}, {1257.0, 777.0}, {320.0, 200.0}, {640.0, 400.0}, {22.0, 777.0}}) {
       const Sampled s = sample_disc(lens, cx, cy, diameter_px);
       const Undistorted plain = undistort(lens, s.cx, s.cy);
       const Undistorted blob = undistort_blob(lens, s.cx, s.cy, s.xx, s.xy, s.yy);

@@ -12,9 +12,9 @@
 namespace glint::gpu {
 namespace {
 
-std::vector<BlobRecord> blobs_of(const std::vector<std::uint8_t>& pixels, std::uint32_t width, std::uint32_t height,
-                                 const std::vector<std::uint8_t>& limit, const Lens& lens = {},
-                                 const DetectorOptions& options = {}) {
+std::vector<BlobRecord> blobs_of(const std::vector<std::uint8_t>& pixels, std::uint32_t width,
+                                 std::uint32_t height, const std::vector<std::uint8_t>& limit,
+                                 const Lens& lens = {}, const DetectorOptions& options = {}) {
   const CameraFormat format{width, height, lens};
   const auto detector = make_reference_detector({&format, 1}, options);
   detector->set_limit(0, limit);
@@ -111,7 +111,8 @@ TEST(Reference, UndistortsWithTheSecondOrderTerm) {
 
 TEST(Reference, NothingIsBrightBeforeALimitIsSet) {
   const CameraFormat format{4, 4, {}};
-  for (const auto& detector : {make_reference_detector({&format, 1}, {}), make_cpu_detector({&format, 1}, {})}) {
+  for (const auto& detector :
+       {make_reference_detector({&format, 1}, {}), make_cpu_detector({&format, 1}, {})}) {
     const std::vector<std::uint8_t> pixels(16, 255);
     const ImageView image{pixels.data(), 4, 4, 4, PixelFormat::Grey8};
     BlobBatch batch;

@@ -36,7 +36,8 @@ Row random_row(Random& random, std::uint32_t width, unsigned percent_switch) {
     if (random() % 100 < percent_switch) bright = !bright;
     const std::uint32_t limit = random() % 255;
     row.limit[x] = static_cast<std::uint8_t>(limit);
-    row.pixels[x] = static_cast<std::uint8_t>(bright ? limit + 1 + random() % (255 - limit) : random() % (limit + 1));
+    row.pixels[x] =
+        static_cast<std::uint8_t>(bright ? limit + 1 + random() % (255 - limit) : random() % (limit + 1));
     std::uint8_t& coarse = row.coarse[x / kCoarsePixels];
     coarse = std::min(coarse, row.limit[x]);
   }
@@ -112,7 +113,8 @@ TEST_P(Kernels, AgreeOnEveryPairOfValueAndLimit) {
     for (unsigned v = 0; v < 256; ++v) pixels[v] = static_cast<std::uint8_t>(v);
     const auto coarse = static_cast<std::uint8_t>(limit);
     std::vector<std::uint32_t> edges(edges_needed(256));
-    const std::uint32_t runs = GetParam().scan(pixels.data(), limits.data(), limits.data(), &coarse, 256, edges.data());
+    const std::uint32_t runs =
+        GetParam().scan(pixels.data(), limits.data(), limits.data(), &coarse, 256, edges.data());
     ASSERT_EQ(runs, limit < 255 ? 1u : 0u);
     if (runs == 1) {
       EXPECT_EQ(edges[0], limit + 1);

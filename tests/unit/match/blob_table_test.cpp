@@ -15,7 +15,8 @@ using namespace testing;
 
 class BlobTableTest : public ::testing::Test {
  protected:
-  BlobTableTest() : rig_(ring_rig(2)), cameras_(rig_.cameras.begin(), rig_.cameras.end()), table_(cameras_, options_) {}
+  BlobTableTest()
+      : rig_(ring_rig(2)), cameras_(rig_.cameras.begin(), rig_.cameras.end()), table_(cameras_, options_) {}
 
   const MatchBlob& only(const shaders::BlobRecord& record) {
     const std::vector<shaders::BlobRecord> one{record}, none;
@@ -50,7 +51,8 @@ TEST_F(BlobTableTest, AGoodBlobHasTheNominalCovariance) {
 TEST_F(BlobTableTest, TwoTouchingDiscsAreUncertainAlongTheirLine) {
   // Radius 1.6, centres 3.4 apart at 30 degrees: each lies 1.7 from the common centroid.
   const double along = 0.64 + 1.7 * 1.7, across = 0.64, c = std::cos(M_PI / 6), s = std::sin(M_PI / 6);
-  const MatchBlob& blob = only(disc(along * c * c + across * s * s, along * s * s + across * c * c, (along - across) * c * s));
+  const MatchBlob& blob =
+      only(disc(along * c * c + across * s * s, along * s * s + across * c * c, (along - across) * c * s));
   EXPECT_TRUE(blob.suspect);
   const Eigen::Vector2d axis(c, s), normal(-s, c);
   EXPECT_NEAR(std::sqrt(axis.dot(blob.covariance_px2 * axis)), 1.7, 0.01);
@@ -102,7 +104,8 @@ TEST_F(BlobTableTest, NearFindsExactlyWhatIsNear) {
   for (std::size_t count : {1u, 3u, 50u, 700u}) {
     std::vector<shaders::BlobRecord> blobs;
     for (std::size_t k = 0; k < count; ++k)
-      blobs.push_back(blob_at(rig_.cameras[1], {uniform(random, 0, 1279), k % 5 == 0 ? 400 : uniform(random, 0, 799)}));
+      blobs.push_back(
+          blob_at(rig_.cameras[1], {uniform(random, 0, 1279), k % 5 == 0 ? 400 : uniform(random, 0, 799)}));
     const std::vector<shaders::BlobRecord> none;
     table_.fill(std::vector<std::span<const shaders::BlobRecord>>{none, blobs});
     for (std::uint32_t k = 0; k < count; k += 7) table_.claim(k);

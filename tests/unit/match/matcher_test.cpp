@@ -91,7 +91,8 @@ TEST(Matcher, OrderOfBlobsDoesNotMatter) {
   std::vector<Point> points;
   MatchCounters counters;
   for (int frame = 0; frame < 30; ++frame) {
-    Exposure exposure = expose(rig, scattered(random, 40), {.centroid_px = 0.1, .missing = 0.1, .clutter = 5}, random);
+    Exposure exposure =
+        expose(rig, scattered(random, 40), {.centroid_px = 0.1, .missing = 0.1, .clutter = 5}, random);
     matcher.match(exposure.spans(), {}, points, counters);
     const auto before = positions(points);
     for (auto& list : exposure.blobs) std::shuffle(list.begin(), list.end(), random);
@@ -135,7 +136,9 @@ TEST(Matcher, PredictionsClaimTheirBlobsWhateverTheirOrder) {
     // Pairs of markers 8 mm apart: a few pixels, so that each prediction finds the other's blobs too.
     auto markers = scattered(random, 10);
     for (std::size_t k = 0; k < 10; ++k)
-      markers.push_back(markers[k] + 0.008 * Eigen::Vector3d(uniform(random, -1, 1), uniform(random, -1, 1), 1).normalized());
+      markers.push_back(markers[k] +
+                        0.008 *
+                            Eigen::Vector3d(uniform(random, -1, 1), uniform(random, -1, 1), 1).normalized());
     std::vector<Prediction> predictions;
     std::normal_distribution<double> off(0.0, 0.001);
     for (std::size_t k = 0; k < markers.size(); ++k)
@@ -163,8 +166,9 @@ TEST(Matcher, APredictionWithoutItsMarkerClaimsNothing) {
   std::mt19937_64 random(45);
   const std::vector<Eigen::Vector3d> markers{{0.3, 0.2, 1.0}};
   const Exposure exposure = expose(rig, markers, {}, random);
-  const std::vector<Prediction> predictions{{TrackId{7}, {-0.5, 0.1, 0.7}, 1e-6 * Eigen::Matrix3d::Identity()},
-                                            {TrackId{8}, {0, 0, 0}, Eigen::Matrix3d::Constant(NAN)}};
+  const std::vector<Prediction> predictions{
+      {TrackId{7}, {-0.5, 0.1, 0.7}, 1e-6 * Eigen::Matrix3d::Identity()},
+      {TrackId{8}, {0, 0, 0}, Eigen::Matrix3d::Constant(NAN)}};
   std::vector<Point> points;
   MatchCounters counters;
   matcher.match(exposure.spans(), predictions, points, counters);
@@ -178,7 +182,8 @@ TEST(Matcher, FacingCamerasMakeNoGarbage) {
   Calibration rig = ring_rig(4);
   for (std::size_t c = 0; c < 4; ++c) {
     const double angle = M_PI / 2 * static_cast<double>(c);
-    rig.cameras[c].world_from_camera = looking_at({3.5 * std::cos(angle), 3.5 * std::sin(angle), 1.0}, {0, 0, 1});
+    rig.cameras[c].world_from_camera =
+        looking_at({3.5 * std::cos(angle), 3.5 * std::sin(angle), 1.0}, {0, 0, 1});
   }
   Matcher matcher(rig, test_options());
   std::mt19937_64 random(46);
@@ -199,7 +204,8 @@ TEST(Matcher, FacingCamerasMakeNoGarbage) {
   Calibration pair;
   pair.cameras = {rig.cameras[0], rig.cameras[2]};
   Matcher alone(pair, test_options());
-  const Exposure exposure = expose(pair, {{0.4, 0.0, 1.0}, {-0.2, 0.001, 1.0}}, {.centroid_px = 0.05}, random);
+  const Exposure exposure =
+      expose(pair, {{0.4, 0.0, 1.0}, {-0.2, 0.001, 1.0}}, {.centroid_px = 0.05}, random);
   alone.match(exposure.spans(), {}, points, counters);
   EXPECT_TRUE(points.empty());
 }

@@ -23,7 +23,8 @@ class OddBlobs : public ::testing::Test {
     std::vector<std::vector<shaders::BlobRecord>> blobs;
     for (const CameraCalibration& c : rig_.cameras) {
       const Camera camera(c);
-      const double depth = camera.in_camera(marker).z(), radius = c.fx_px * options_.marker_radius_m / depth + 0.3;
+      const double depth = camera.in_camera(marker).z(),
+                   radius = c.fx_px * options_.marker_radius_m / depth + 0.3;
       Eigen::Vector2d pixel = *camera.project_pinhole(marker);
       const Eigen::Vector2d centre(c.cx_px, c.cy_px);
       pixel = centre + sphere_bias_factor(options_.marker_radius_m, depth) * (pixel - centre);
@@ -42,8 +43,8 @@ class OddBlobs : public ::testing::Test {
                                   const std::vector<Prediction>& predictions = {}) {
     Matcher matcher(rig_, options_);
     counters_ = {};
-    matcher.match(std::vector<std::span<const shaders::BlobRecord>>(blobs.begin(), blobs.end()), predictions, points_,
-                  counters_);
+    matcher.match(std::vector<std::span<const shaders::BlobRecord>>(blobs.begin(), blobs.end()), predictions,
+                  points_, counters_);
     return points_;
   }
 
@@ -84,7 +85,8 @@ TEST_F(OddBlobs, AnElongatedBlobCountsAcrossItsLengthOnly) {
 }
 
 TEST_F(OddBlobs, OneOddBlobOfThreeIsFoundByTheOthersAgreeing) {
-  // Nothing but the residuals tells: the blob looks right and lies 0.7 px off in a direction that the others deny.
+  // Nothing but the residuals tells: the blob looks right and lies 0.7 px off in a direction that the others
+  // deny.
   for (std::size_t odd = 0; odd < 3; ++odd) {
     auto blobs = blobs_of(marker_);
     blobs[3].clear();
@@ -133,7 +135,8 @@ TEST_F(OddBlobs, ATracksExpectationStandsInForTheSecondView) {
 }
 
 TEST_F(OddBlobs, WhatIsLeftOfAMergedBlobMakesNoGhost) {
-  // Two markers that merge in cameras 0 and 1; both are clean in 2 and 3. The merged blobs meet near the middle.
+  // Two markers that merge in cameras 0 and 1; both are clean in 2 and 3. The merged blobs meet near the
+  // middle.
   const Eigen::Vector3d other = marker_ + Eigen::Vector3d(0.0, 0.0, 0.012);
   auto blobs = blobs_of(marker_);
   const auto second = blobs_of(other);

@@ -13,7 +13,8 @@ namespace {
 
 using namespace testing;
 
-std::size_t compare(const Calibration& rig, const MatchOptions& options, std::size_t blobs_per_camera, std::uint64_t seed) {
+std::size_t compare(const Calibration& rig, const MatchOptions& options, std::size_t blobs_per_camera,
+                    std::uint64_t seed) {
   const std::vector<Camera> cameras(rig.cameras.begin(), rig.cameras.end());
   BlobTable table(cameras, options);
   PairSearch search(cameras, options, table);

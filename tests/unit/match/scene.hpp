@@ -26,7 +26,8 @@ inline Pose looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& t
   return {Eigen::Quaterniond(rotation), position};
 }
 
-/// Cameras on a circle 4.2 m wide in radius, 2 m high, f = 914 px, 1280x800, looking at the middle of the volume.
+/// Cameras on a circle 4.2 m wide in radius, 2 m high, f = 914 px, 1280x800, looking at the middle of the
+/// volume.
 inline Calibration ring_rig(std::size_t cameras, double radius_m = 4.2) {
   Calibration calibration;
   for (std::size_t k = 0; k < cameras; ++k) {
@@ -38,8 +39,10 @@ inline Calibration ring_rig(std::size_t cameras, double radius_m = 4.2) {
     c.cx_px = 639.5;
     c.cy_px = 399.5;
     // Not quite regular, so that no two cameras face each other exactly.
-    const double angle = 2 * M_PI * static_cast<double>(k) / static_cast<double>(cameras) + 0.07 * static_cast<double>(k % 3);
-    c.world_from_camera = looking_at({radius_m * std::cos(angle), radius_m * std::sin(angle), 2.0}, {0, 0, 0.8});
+    const double angle =
+        2 * M_PI * static_cast<double>(k) / static_cast<double>(cameras) + 0.07 * static_cast<double>(k % 3);
+    c.world_from_camera =
+        looking_at({radius_m * std::cos(angle), radius_m * std::sin(angle), 2.0}, {0, 0, 0.8});
     calibration.cameras.push_back(c);
   }
   return calibration;
@@ -48,7 +51,8 @@ inline Calibration ring_rig(std::size_t cameras, double radius_m = 4.2) {
 /// Uniform in 2.4 x 2.4 x 1.6 m on the floor.
 inline std::vector<Eigen::Vector3d> scattered(std::mt19937_64& random, std::size_t count) {
   std::vector<Eigen::Vector3d> points(count);
-  for (auto& p : points) p = {uniform(random, -1.2, 1.2), uniform(random, -1.2, 1.2), uniform(random, 0.0, 1.6)};
+  for (auto& p : points)
+    p = {uniform(random, -1.2, 1.2), uniform(random, -1.2, 1.2), uniform(random, 0.0, 1.6)};
   return points;
 }
 
@@ -56,7 +60,8 @@ inline std::vector<Eigen::Vector3d> scattered(std::mt19937_64& random, std::size
 inline std::vector<Eigen::Vector3d> clustered(std::mt19937_64& random, std::size_t count) {
   std::vector<Eigen::Vector3d> points;
   while (points.size() < count) {
-    const Eigen::Vector3d body(uniform(random, -1.1, 1.1), uniform(random, -1.1, 1.1), uniform(random, 0.1, 1.5));
+    const Eigen::Vector3d body(uniform(random, -1.1, 1.1), uniform(random, -1.1, 1.1),
+                               uniform(random, 0.1, 1.5));
     for (int k = 0; k < 5 && points.size() < count; ++k)
       points.push_back(body + Eigen::Vector3d(uniform(random, -0.1, 0.1), uniform(random, -0.1, 0.1),
                                               uniform(random, -0.1, 0.1)));
@@ -65,10 +70,10 @@ inline std::vector<Eigen::Vector3d> clustered(std::mt19937_64& random, std::size
 }
 
 struct Noise {
-  double centroid_px = 0.0;  ///< per axis
-  double missing = 0.0;      ///< share of a camera's blobs that are not there
+  double centroid_px = 0.0;     ///< per axis
+  double missing = 0.0;         ///< share of a camera's blobs that are not there
   double calibration_px = 0.0;  ///< a fixed error of each camera, per axis
-  std::size_t clutter = 0;   ///< blobs of no marker, per camera
+  std::size_t clutter = 0;      ///< blobs of no marker, per camera
 };
 
 /// Blobs of all cameras, and which marker each is of (-1: clutter).
@@ -79,7 +84,8 @@ struct Exposure {
   std::vector<std::span<const shaders::BlobRecord>> spans() const { return {blobs.begin(), blobs.end()}; }
   int views(int marker) const {
     int count = 0;
-    for (const auto& list : marker_of) count += static_cast<int>(std::count(list.begin(), list.end(), marker));
+    for (const auto& list : marker_of)
+      count += static_cast<int>(std::count(list.begin(), list.end(), marker));
     return count;
   }
 };
@@ -93,8 +99,8 @@ inline shaders::BlobRecord blob_at(const CameraCalibration& c, const Eigen::Vect
   return blob;
 }
 
-inline Exposure expose(const Calibration& calibration, const std::vector<Eigen::Vector3d>& markers, const Noise& noise,
-                       std::mt19937_64& random) {
+inline Exposure expose(const Calibration& calibration, const std::vector<Eigen::Vector3d>& markers,
+                       const Noise& noise, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   Exposure exposure;
   for (const CameraCalibration& c : calibration.cameras) {
@@ -141,7 +147,8 @@ inline Score score(const Exposure& exposure, const std::vector<Eigen::Vector3d>&
     std::optional<std::size_t> best;
     for (std::size_t k = 0; k < points.size(); ++k) {
       const double d = (points[k].position_in_world - markers[m]).norm();
-      if (!taken[k] && d < within_m && (!best || d < (points[*best].position_in_world - markers[m]).norm())) best = k;
+      if (!taken[k] && d < within_m && (!best || d < (points[*best].position_in_world - markers[m]).norm()))
+        best = k;
     }
     if (!best) continue;
     taken[*best] = true;

@@ -32,7 +32,8 @@ Result play(const char* name, std::size_t cameras, std::size_t markers, int fram
     const auto blobs = exposure.spans();
     const auto start = std::chrono::steady_clock::now();
     matcher.match(blobs, {}, points, result.counters);
-    times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
+    times.push_back(
+        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
     result.score += score(exposure, truth, points, 0.01, min_views);
   }
   result.ghosts_per_frame = static_cast<double>(result.score.ghosts) / frames;
@@ -97,8 +98,8 @@ TEST(Scenes, ClutterDoesNotMakeGhostsOfThreeViews) {
   play("20 clutter, two views", 4, 32, 100, noise, options_for(0.1, 1.0));
 }
 
-// Bodies of five markers within 0.2 m, a calibration error of 1 px (0.7 px per axis), 30 % missing. Frame by frame nobody
-// does well here; the figures are the yardstick for prediction.
+// Bodies of five markers within 0.2 m, a calibration error of 1 px (0.7 px per axis), 30 % missing. Frame by
+// frame nobody does well here; the figures are the yardstick for prediction.
 TEST(Scenes, ClustersWithCalibrationErrorAndOcclusion) {
   const Noise noise{.centroid_px = 0.1, .missing = 0.3, .calibration_px = 0.7};
   const Result two = play("clusters, two views", 4, 32, 200, noise, options_for(0.7, 2.0), true);

@@ -99,7 +99,8 @@ TEST(SetPacking, LargeComponentsAreCountedAndImprovedByExchange) {
 }
 
 TEST(SetPacking, LargeRandomComponentsReachWhatSmallOnesDo) {
-  // Sixteen independent problems, solved exactly one by one, against the same tied together by worthless bridges.
+  // Sixteen independent problems, solved exactly one by one, against the same tied together by worthless
+  // bridges.
   std::mt19937 random(12);
   SetPacking packing;
   double alone = 0.0;

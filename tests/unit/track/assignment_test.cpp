@@ -9,7 +9,8 @@
 namespace glint {
 namespace {
 
-double best_by_trying(std::size_t row, std::size_t rows, std::uint32_t used, const std::vector<std::vector<double>>& gain) {
+double best_by_trying(std::size_t row, std::size_t rows, std::uint32_t used,
+                      const std::vector<std::vector<double>>& gain) {
   if (row == rows) return 0.0;
   double best = best_by_trying(row + 1, rows, used, gain);
   for (std::size_t c = 0; c < gain[row].size(); ++c)

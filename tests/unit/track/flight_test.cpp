@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Matcher and tracker in their loop: markers that fly through the rig, merge in single images, hide and bounce.
+// Matcher and tracker in their loop: markers that fly through the rig, merge in single images, hide and
+// bounce.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -21,7 +22,8 @@ constexpr double kMarkerRadius_m = 0.0063;
 struct Flight {
   std::vector<Eigen::Vector3d> position, velocity;
 
-  Flight(std::size_t markers, double speed_m_s, std::mt19937_64& random) : position(scattered(random, markers)) {
+  Flight(std::size_t markers, double speed_m_s, std::mt19937_64& random)
+      : position(scattered(random, markers)) {
     for (std::size_t k = 0; k < markers; ++k) {
       const Eigen::Vector3d v(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
       velocity.push_back(uniform(random, 0.2, 1.0) * speed_m_s * v.normalized());
@@ -44,7 +46,8 @@ struct Flight {
   }
 };
 
-/// Blobs with size and shape; where two lie closer than their radii allow they become one, as in a real image.
+/// Blobs with size and shape; where two lie closer than their radii allow they become one, as in a real
+/// image.
 Exposure expose_discs(const Calibration& rig, const std::vector<Eigen::Vector3d>& markers, double sigma_px,
                       double hidden, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
@@ -62,8 +65,9 @@ Exposure expose_discs(const Calibration& rig, const std::vector<Eigen::Vector3d>
       const auto pixel = camera.project_pinhole(markers[m]);
       if (!pixel || !camera.inside(*pixel) || uniform(random, 0, 1) < hidden) continue;
       const double radius = c.fx_px * kMarkerRadius_m / camera.in_camera(markers[m]).z() + 0.4;
-      discs.push_back({*pixel + sigma_px * Eigen::Vector2d(normal(random), normal(random)), radius, radius * radius,
-                       static_cast<int>(m), radius * radius / 4 * Eigen::Matrix2d::Identity()});
+      discs.push_back({*pixel + sigma_px * Eigen::Vector2d(normal(random), normal(random)), radius,
+                       radius * radius, static_cast<int>(m),
+                       radius * radius / 4 * Eigen::Matrix2d::Identity()});
     }
     for (bool merged = true; merged;) {
       merged = false;
@@ -72,7 +76,8 @@ Exposure expose_discs(const Calibration& rig, const std::vector<Eigen::Vector3d>
           Disc &a = discs[i], &b = discs[j];
           const Eigen::Vector2d d = b.centre - a.centre;
           if (d.norm() > a.radius + b.radius + 0.5) continue;
-          // Discs that cover each other count once where they do: less weight for the pair, about the same moments.
+          // Discs that cover each other count once where they do: less weight for the pair, about the same
+          // moments.
           const double w = a.weight + b.weight, share = b.weight / w;
           a.moments = (1 - share) * a.moments + share * b.moments + share * (1 - share) * d * d.transpose();
           a.centre += share * d;
@@ -103,7 +108,8 @@ struct Result {
   std::size_t ghosts = 0, points = 0, id_changes = 0;
 };
 
-Result fly(const char* name, std::size_t cameras, std::size_t markers, double speed_m_s, double hidden, int frames) {
+Result fly(const char* name, std::size_t cameras, std::size_t markers, double speed_m_s, double hidden,
+           int frames) {
   const Calibration rig = ring_rig(cameras, 3.5);
   MatchOptions match_options;
   match_options.marker_radius_m = 0.0;  // the blobs here are placed without the bias
@@ -124,7 +130,8 @@ Result fly(const char* name, std::size_t cameras, std::size_t markers, double sp
   double squares = 0;
   for (int frame = 0; frame < frames; ++frame) {
     const Exposure exposure = expose_discs(rig, flight.position, 0.015, hidden, random);
-    tracker.predict(Timestamp(std::chrono::nanoseconds(static_cast<std::int64_t>(frame * 1e9 / kRate_hz))), predictions);
+    tracker.predict(Timestamp(std::chrono::nanoseconds(static_cast<std::int64_t>(frame * 1e9 / kRate_hz))),
+                    predictions);
     const auto blobs = exposure.spans();
     matcher.match(blobs, predictions, points, match_counters);
     tracker.update(points, tracked, track_counters);
@@ -133,7 +140,8 @@ Result fly(const char* name, std::size_t cameras, std::size_t markers, double sp
       std::size_t best = tracked.size();
       double nearest = 0.01;
       for (std::size_t k = 0; k < tracked.size(); ++k)
-        if (const double d = (tracked[k].position_in_world - flight.position[m]).norm(); !taken[k] && d < nearest) {
+        if (const double d = (tracked[k].position_in_world - flight.position[m]).norm();
+            !taken[k] && d < nearest) {
           nearest = d;
           best = k;
         }
@@ -155,11 +163,13 @@ Result fly(const char* name, std::size_t cameras, std::size_t markers, double sp
   }
   r.recall = static_cast<double>(found) / static_cast<double>(seen);
   r.rms_mm = 1e3 * std::sqrt(squares / static_cast<double>(r.points));
-  std::printf("%-22s %zu cameras %zu markers at up to %.0f m/s, %.0f %% hidden: recall %.5f (%zu lost), rms %.4f mm, worst "
-              "%.2f mm, %zu ghosts of %zu, %zu id changes, %llu held back, %llu cut\n",
-              name, cameras, markers, speed_m_s, 100 * hidden, r.recall, seen - found, r.rms_mm, r.worst_mm, r.ghosts,
-              r.points, r.id_changes, static_cast<unsigned long long>(match_counters.held_back),
-              static_cast<unsigned long long>(match_counters.hypotheses_cut));
+  std::printf(
+      "%-22s %zu cameras %zu markers at up to %.0f m/s, %.0f %% hidden: recall %.5f (%zu lost), rms %.4f mm, "
+      "worst "
+      "%.2f mm, %zu ghosts of %zu, %zu id changes, %llu held back, %llu cut\n",
+      name, cameras, markers, speed_m_s, 100 * hidden, r.recall, seen - found, r.rms_mm, r.worst_mm, r.ghosts,
+      r.points, r.id_changes, static_cast<unsigned long long>(match_counters.held_back),
+      static_cast<unsigned long long>(match_counters.hypotheses_cut));
   return r;
 }
 

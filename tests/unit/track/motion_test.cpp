@@ -19,7 +19,9 @@ TEST(Motion, InnovationsAreAsLargeAsClaimed) {
   int count = 0;
   for (int run = 0; run < 50; ++run) {
     Eigen::Vector3d x = Eigen::Vector3d::Zero(), v(normal(random), normal(random), normal(random));
-    const auto noise = [&](double sd) { return Eigen::Vector3d(sd * normal(random), sd * normal(random), sd * normal(random)); };
+    const auto noise = [&](double sd) {
+      return Eigen::Vector3d(sd * normal(random), sd * normal(random), sd * normal(random));
+    };
     Motion motion(x + noise(sigma), r, 3.0);
     for (int k = 0; k < 100; ++k) {
       const Eigen::Vector3d a = noise(acceleration);

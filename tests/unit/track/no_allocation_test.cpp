@@ -15,7 +15,8 @@ std::atomic<std::size_t> allocations{0};
 void* counted(std::size_t size, std::size_t alignment) {
   ++allocations;
   void* p = nullptr;
-  if (posix_memalign(&p, std::max(alignment, sizeof(void*)), size == 0 ? 1 : size) != 0) throw std::bad_alloc();
+  if (posix_memalign(&p, std::max(alignment, sizeof(void*)), size == 0 ? 1 : size) != 0)
+    throw std::bad_alloc();
   return p;
 }
 }  // namespace
@@ -49,7 +50,8 @@ TEST(NoAllocation, AfterWarmUp) {
   for (int frame = 0; frame < 60; ++frame) {
     auto now = start;
     // There and back, so that the second half is no harder than the first.
-    for (std::size_t k = 0; k < now.size(); ++k) now[k] += 0.3 * std::sin(frame * 0.1) * velocity[k].normalized();
+    for (std::size_t k = 0; k < now.size(); ++k)
+      now[k] += 0.3 * std::sin(frame * 0.1) * velocity[k].normalized();
     exposures.push_back(expose(rig, now, {.centroid_px = 0.03, .missing = 0.02}, random));
   }
   std::vector<std::vector<std::span<const shaders::BlobRecord>>> blobs;

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+// The main job, end to end: the simulated rig's pictures through detector, correspondence and tracker,
+// against the truth.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "gpu/detector.hpp"
+#include "tests/support/temp_dir.hpp"
+#include "tests/system/run_glint.hpp"
+
+namespace glint::test {
+namespace {
+
+nlohmann::json track_sim(std::vector<std::string> more) {
+  const TempDir folder;
+  const std::string summary = (folder.path() / "summary.json").string();
+  std::vector<std::string> arguments{"track", "sim", "--pace", "fast", "--quiet", "--summary", summary};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  const Outcome outcome = run_glint(arguments);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::ifstream file(summary);
+  return nlohmann::json::parse(file, nullptr, false);
+}
+
+std::vector<std::string> devices() {
+  std::vector<std::string> names{"cpu"};
+  for (const gpu::DeviceInfo& device : gpu::list_devices()) {
+    if (device.usable) names.push_back(std::to_string(device.index));
+  }
+  return names;
+}
+
+class SimulatedRig : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(SimulatedRig, IsTrackedToTwiceTheCramerRaoBound) {
+  const nlohmann::json s = track_sim({"--ticks", "450", "--device", GetParam()});
+  ASSERT_TRUE(s.contains("score"));
+  EXPECT_EQ(s["ticks"], 450);
+  EXPECT_GE(s["score"]["recall"].get<double>(), 0.999);
+  EXPECT_LE(s["score"]["ghost_rate"].get<double>(), 1e-4);
+  EXPECT_LE(s["score"]["rms_m"].get<double>(), 0.08e-3);
+  EXPECT_LE(s["score"]["ratio"].get<double>(), 3.0);
+  EXPECT_GE(s["score"]["ratio"].get<double>(), 1.0) << "better than physics allows: the score is wrong";
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, SimulatedRig, ::testing::ValuesIn(devices()),
+                         [](const auto& info) { return "device_" + info.param; });
+
+TEST(SimulatedRigWithFaults, LosesFramesButNotMarkers) {
+  const nlohmann::json s = track_sim({"--ticks", "300", "--device", "cpu", "--drop-rate", "0.05",
+                                      "--late-rate", "0.02", "--duplicate-rate", "0.02"});
+  EXPECT_GT(s["frames"]["missing"].get<int>(), 20);
+  EXPECT_GT(s["frames"]["late"].get<int>(), 5);
+  EXPECT_GT(s["frames"]["duplicated"].get<int>(), 5);
+  EXPECT_GE(s["score"]["recall"].get<double>(), 0.995);
+  EXPECT_LE(s["score"]["ghost_rate"].get<double>(), 1e-3);
+}
+
+TEST(SimulatedRigWithOccluders, KeepsMarkersThatTwoCamerasSee) {
+  const nlohmann::json s = track_sim({"--ticks", "300", "--device", "cpu", "--occluders", "3"});
+  EXPECT_GE(s["score"]["recall"].get<double>(), 0.99);
+  EXPECT_LE(s["score"]["ghost_rate"].get<double>(), 1e-3);
+}
+
+TEST(SimulatedRigBumped, ShowsInTheError) {
+  const nlohmann::json good = track_sim({"--ticks", "120", "--device", "cpu"});
+  const nlohmann::json bumped = track_sim({"--ticks", "120", "--device", "cpu", "--bump", "1:0:0.05"});
+  EXPECT_GT(bumped["score"]["rms_m"].get<double>(), 3.0 * good["score"]["rms_m"].get<double>());
+}
+
+TEST(Recording, OfTheSimulatedRigTracksLikeTheLiveOne) {
+  const TempDir folder;
+  const std::string take = (folder.path() / "take").string();
+  ASSERT_EQ(run_glint({"sim", "--out", take, "--seconds", "0.5"}).exit_code, 0);
+  const std::string csv = (folder.path() / "points.csv").string();
+  const Outcome outcome = run_glint(
+      {"track", "images:" + take, "--rig", take + "/calibration.toml", "--output", "csv:" + csv, "--quiet"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::ifstream file(csv);
+  std::string header, line;
+  std::getline(file, header);
+  EXPECT_EQ(header, "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras");
+  int rows = 0;
+  while (std::getline(file, line)) ++rows;
+  EXPECT_GE(rows, 45 * 20 * 95 / 100);
+}
+
+TEST(CtrlC, EndsCleanlyWithTheSummary) {
+  const Outcome outcome = run_glint({"track", "sim", "--device", "cpu"},
+                                    {.environment = {}, .interrupt_after_s = 3.0, .standard_output = {}});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("missed ticks"), std::string::npos) << outcome.err;
+}
+
+TEST(JsonLines, OnStandardOutputAreAloneThere) {
+  const Outcome outcome =
+      run_glint({"track", "sim", "--device", "cpu", "--pace", "fast", "--ticks", "5", "--output", "jsonl:-"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream lines(outcome.out);
+  std::string line;
+  int ticks = 0;
+  while (std::getline(lines, line)) {
+    EXPECT_TRUE(nlohmann::json::accept(line)) << line;
+    ++ticks;
+  }
+  EXPECT_EQ(ticks, 5);
+}
+
+}  // namespace
+}  // namespace glint::test
