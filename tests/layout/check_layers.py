@@ -36,7 +36,7 @@ RESERVED = [
     (r"toml(\+\+|plusplus)", "toml++", ["host/config"]),
     (r"lib(av\w+|sw\w+)/", "FFmpeg", ["host/capture"]),
     (r"opencv", "OpenCV", ["benchmarks"]),
-    (r"CLI/|CLI11", "CLI11", ["host/apps"]),
+    (r"CLI/|CLI11", "CLI11", ["host/apps", "benchmarks"]),
     (r"benchmark/", "Google Benchmark", ["benchmarks"]),
     (r"gtest|gmock", "GoogleTest", []),
 ]

@@ -49,7 +49,7 @@ TEST_P(SimulatedRig, IsTrackedToTwiceTheCramerRaoBound) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Devices, SimulatedRig, ::testing::ValuesIn(devices()),
-                         [](const auto& info) { return "device_" + info.param; });
+                         [](const auto& tested) { return "device_" + tested.param; });
 
 TEST(SimulatedRigWithFaults, LosesFramesButNotMarkers) {
   const nlohmann::json s = track_sim({"--ticks", "300", "--device", "cpu", "--drop-rate", "0.05",
