@@ -39,7 +39,7 @@ vk::raii::PipelineLayout make_layout(const VulkanDevice& gpu, const vk::raii::De
 Pipelines::Pipelines(const VulkanDevice& gpu)
     : tiles_group(gpu.info.software ? 16 : 64),
       tiles_per_invocation(gpu.info.software && gpu.has_vote ? 25 : 1),
-      fused_group(std::min(128u, gpu.info.max_workgroup_invocations)),
+      fused_group(std::min(64u, gpu.info.max_workgroup_invocations)),
       fused_tiles(fused_group * 16),
       set_layout(make_set_layout(gpu)),
       layout(make_layout(gpu, set_layout)),
