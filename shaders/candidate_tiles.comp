@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: MIT
 // In: frames. Out: per camera, the list of tiles in which some pixel may exceed the limit image.
 // Reference: none of its own; a tile too many only costs time, a tile too few shows in every blob test.
-// Workgroup: one invocation owns one column of tiles and walks kTilesPerInvocation of them downwards.
+// Workgroup: invocations side by side take one row of tiles each time, and walk kStepsAcross of their own width to the
+// right in each of kRowsDown rows of tiles.
 #extension GL_GOOGLE_include_directive : require
 #if GLINT_VOTE
 #extension GL_KHR_shader_subgroup_vote : require
@@ -10,7 +11,8 @@
 #include "shaders/interface/params.h"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 1) const uint kTilesPerInvocation = 1u;
+layout(constant_id = 1) const uint kStepsAcross = 1u;
+layout(constant_id = 2) const uint kRowsDown = 1u;
 
 layout(binding = 0, std140) uniform Cameras { CameraParams cameras[kMaxCameraCount]; };
 layout(binding = 1) uniform usamplerBuffer frames;
@@ -37,34 +39,39 @@ void main() {
   uint tile_base = cameras[camera].tile_base;
   uint floor_splat = cameras[camera].floor_splat;
 
-  uint tile_x = gl_GlobalInvocationID.x;
-  uint tile_y = gl_WorkGroupID.y * kTilesPerInvocation;
-  uint end = min(tile_y + kTilesPerInvocation, cameras[camera].tiles_y);
-  if (cameras[camera].present == 0u) end = 0u;
-  bool mine = tile_x < tiles_x;
-  uint column = cameras[camera].frame_texel + min(tile_x, tiles_x - 1u);
+  uint lane = gl_LocalInvocationID.x;
+  uint first_x = gl_WorkGroupID.x * gl_WorkGroupSize.x * kStepsAcross;
+  uint end_x = min(first_x + gl_WorkGroupSize.x * kStepsAcross, tiles_x);
+  uint y = gl_WorkGroupID.y * kRowsDown;
+  uint end_y = min(y + kRowsDown, cameras[camera].tiles_y);
+  if (cameras[camera].present == 0u || first_x >= tiles_x) end_y = 0u;
+  uint frame = cameras[camera].frame_texel;
 
-  while (tile_y < end) {
-    // Search downwards. The bitwise or of a tile's pixels is at least its brightest one, so or <= floor
-    // proves it dark. The lanes leave together: on a CPU driver one that waits costs as much as one that works.
-    uint joined;
+  uint x = first_x;  // of lane 0
+  while (y < end_y) {
+    // Search. The bitwise or of a tile's pixels is at least its brightest one, so or <= floor proves it dark. The lanes
+    // leave together: on a CPU driver one that waits costs as much as one that works. Going right keeps to eight rows of
+    // memory, which a CPU fetches ahead.
+    uint joined, tile;
     bool hit;
     do {
-      joined = joined_pixels(int(column + tile_y * kTileHeight * stride), int(stride));
-      hit = mine && greater_bytes(joined, floor_splat) != 0u;
-      tile_y++;
+      uint tile_x = min(x + lane, tiles_x - 1u);
+      tile = y * tiles_x + tile_x;
+      joined = joined_pixels(int(frame + y * kTileHeight * stride + tile_x), int(stride));
+      hit = x + lane < end_x && greater_bytes(joined, floor_splat) != 0u;
+      x += gl_WorkGroupSize.x;
+      bool row_ends = x >= end_x;
+      x = row_ends ? first_x : x;
+      y += row_ends ? 1u : 0u;
 #if GLINT_VOTE
-    } while (tile_y < end && !subgroupAny(hit));
+    } while (y < end_y && !subgroupAny(hit));
 #else
-    } while (tile_y < end && !hit);
+    } while (y < end_y && !hit);
 #endif
-    if (hit) {
-      uint tile = (tile_y - 1u) * tiles_x + tile_x;
-      if (greater_bytes(joined, tile_floors[tile_base + tile]) != 0u) {
-        uint slot = atomicAdd(counters[camera].tiles, 1u);
-        tile_list[tile_base + slot] = tile;
-        tile_map[tile_base + tile] = slot + 1u;
-      }
+    if (hit && greater_bytes(joined, tile_floors[tile_base + tile]) != 0u) {
+      uint slot = atomicAdd(counters[camera].tiles, 1u);
+      tile_list[tile_base + slot] = tile;
+      tile_map[tile_base + tile] = slot + 1u;
     }
   }
 }

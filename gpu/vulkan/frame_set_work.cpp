@@ -195,8 +195,8 @@ FrameSetWork::Commands FrameSetWork::record(const vk::raii::DescriptorSet& set) 
   if (gpu_.timestamp_bits > 0) always.resetQueryPool(*queries_, 0, kQueries);
   stamp(always, 0);
   always.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines_.candidate_tiles);
-  always.dispatch(groups(most_tiles_x_, pipelines_.tiles_group),
-                  groups(most_tiles_y_, pipelines_.tiles_per_invocation), cameras_);
+  always.dispatch(groups(most_tiles_x_, pipelines_.tiles_group * pipelines_.tiles_steps_across),
+                  groups(most_tiles_y_, pipelines_.tiles_rows_down), cameras_);
   stamp(always, 1);
   // Candidate tiles: list, map and counters -> fused step
   barrier(always, 0, Stage::eComputeShader, Access::eShaderWrite, Stage::eComputeShader, kReadWrite);

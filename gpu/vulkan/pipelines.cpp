@@ -15,6 +15,8 @@
 namespace glint::gpu {
 namespace {
 
+constexpr std::uint32_t kAllAcross = 4096;  // a whole row, however wide
+
 vk::raii::DescriptorSetLayout make_set_layout(const VulkanDevice& gpu) {
   std::array<vk::DescriptorSetLayoutBinding, kBindingCount> bindings;
   for (std::uint32_t i = 0; i < kBindingCount; ++i) {
@@ -34,33 +36,37 @@ vk::raii::PipelineLayout make_layout(const VulkanDevice& gpu, const vk::raii::De
 
 }  // namespace
 
-// A CPU driver pays for every entry into a shader and for every wait of a lane: few invocations, long walks.
-// A GPU hides latency with many threads: one tile each. (Measured on lavapipe; the GPU side is an estimate.)
+// A CPU driver pays for every entry into a shader and for every wait of a lane: few invocations, long walks,
+// and small workgroups for the fused step. A GPU hides latency with many threads: one tile each. (Measured on
+// lavapipe; the GPU side is an estimate.)
 Pipelines::Pipelines(const VulkanDevice& gpu)
-    : tiles_group(gpu.info.software ? 16 : 64),
-      tiles_per_invocation(gpu.info.software && gpu.has_vote ? 25 : 1),
+    : tiles_group(gpu.info.software ? 8 : 64),
+      tiles_steps_across(gpu.info.software && gpu.has_vote ? kAllAcross : 1),
+      tiles_rows_down(gpu.info.software && gpu.has_vote ? 25 : 1),
       fused_group(std::min(64u, gpu.info.max_workgroup_invocations)),
       fused_tiles(fused_group * 16),
       set_layout(make_set_layout(gpu)),
       layout(make_layout(gpu, set_layout)),
-      candidate_tiles(
-          gpu.has_vote
-              ? make(gpu, candidate_tiles_vote_spv, tiles_group, tiles_per_invocation, "candidate tiles")
-              : make(gpu, candidate_tiles_spv, tiles_group, tiles_per_invocation, "candidate tiles")),
-      blobs{make(gpu, blobs_step0_spv, fused_group, fused_tiles, "blobs"),
-            make(gpu, blobs_step1_spv, kSplitGroup, fused_tiles, "tile components"),
-            make(gpu, blobs_step2_spv, kSplitGroup, fused_tiles, "join tiles"),
-            make(gpu, blobs_step3_spv, kSplitGroup, fused_tiles, "sum into roots"),
-            make(gpu, blobs_step4_spv, kSplitGroup, fused_tiles, "emit blobs")} {}
+      candidate_tiles(make(
+          gpu, gpu.has_vote ? std::span<const std::uint32_t>(candidate_tiles_vote_spv) : candidate_tiles_spv,
+          tiles_group, {tiles_steps_across, tiles_rows_down}, "candidate tiles")),
+      blobs{make(gpu, blobs_step0_spv, fused_group, {fused_tiles, 0}, "blobs"),
+            make(gpu, blobs_step1_spv, kSplitGroup, {fused_tiles, 0}, "tile components"),
+            make(gpu, blobs_step2_spv, kSplitGroup, {fused_tiles, 0}, "join tiles"),
+            make(gpu, blobs_step3_spv, kSplitGroup, {fused_tiles, 0}, "sum into roots"),
+            make(gpu, blobs_step4_spv, kSplitGroup, {fused_tiles, 0}, "emit blobs")} {}
 
 vk::raii::Pipeline Pipelines::make(const VulkanDevice& gpu, std::span<const std::uint32_t> spirv,
-                                   std::uint32_t group, std::uint32_t constant, const char* name) const {
+                                   std::uint32_t group, std::array<std::uint32_t, 2> values,
+                                   const char* name) const {
   try {
     const vk::raii::ShaderModule module(gpu.device,
                                         vk::ShaderModuleCreateInfo({}, spirv.size_bytes(), spirv.data()));
-    const std::array<std::uint32_t, 2> constants{group, constant};
-    const std::array entries{vk::SpecializationMapEntry(0, 0, 4), vk::SpecializationMapEntry(1, 4, 4)};
-    const vk::SpecializationInfo specialization(2, entries.data(), sizeof constants, constants.data());
+    const std::array<std::uint32_t, 3> constants{group, values[0], values[1]};
+    const std::array entries{vk::SpecializationMapEntry(0, 0, 4), vk::SpecializationMapEntry(1, 4, 4),
+                             vk::SpecializationMapEntry(2, 8, 4)};
+    const vk::SpecializationInfo specialization(static_cast<std::uint32_t>(entries.size()), entries.data(),
+                                                sizeof constants, constants.data());
     const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main",
                                                   &specialization);
     vk::raii::Pipeline pipeline(gpu.device, nullptr, vk::ComputePipelineCreateInfo({}, stage, *layout));

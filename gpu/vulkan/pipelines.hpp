@@ -37,10 +37,11 @@ inline constexpr std::uint32_t kSplitGroup = 64;  ///< workgroup of the split st
 struct Pipelines {
   explicit Pipelines(const VulkanDevice& gpu);
 
-  std::uint32_t tiles_group = 0;           ///< invocations side by side in candidate_tiles
-  std::uint32_t tiles_per_invocation = 1;  ///< tiles below each other
-  std::uint32_t fused_group = 0;           ///< workgroup of the fused step
-  std::uint32_t fused_tiles = 0;  ///< a camera with more candidate tiles goes through the split steps
+  std::uint32_t tiles_group = 0;         ///< invocations side by side in candidate_tiles
+  std::uint32_t tiles_steps_across = 1;  ///< of their own width that they walk to the right
+  std::uint32_t tiles_rows_down = 1;     ///< rows of tiles that they do so in
+  std::uint32_t fused_group = 0;         ///< workgroup of the fused step
+  std::uint32_t fused_tiles = 0;         ///< a camera with more candidate tiles goes through the split steps
 
   vk::raii::DescriptorSetLayout set_layout;
   vk::raii::PipelineLayout layout;
@@ -49,7 +50,7 @@ struct Pipelines {
 
  private:
   vk::raii::Pipeline make(const VulkanDevice& gpu, std::span<const std::uint32_t> spirv, std::uint32_t group,
-                          std::uint32_t constant, const char* name) const;
+                          std::array<std::uint32_t, 2> constants, const char* name) const;
 };
 
 }  // namespace glint::gpu
