@@ -52,6 +52,7 @@ class VulkanDetector final : public Detector {
     for (std::uint32_t i = 0; i < cameras.size(); ++i) {
       set_limit(i, std::vector<std::uint8_t>(std::size_t{cameras[i].width_px} * cameras[i].height_px, 255));
     }
+    warm_up();
   }
 
   ~VulkanDetector() override {
@@ -217,6 +218,18 @@ class VulkanDetector final : public Detector {
     throw Error("Vulkan device \"" + name_ + "\" addresses only " +
                 std::to_string(std::uint64_t{gpu_.limits.maxTexelBufferElements} * 16 >> 20) +
                 " MiB of frames: use fewer or smaller cameras");
+  }
+
+  // Drivers compile a pipeline for good when it first runs, Mesa's CPU driver for half a second: not within
+  // the loop.
+  void warm_up() {
+    Set& set = *sets_.front();
+    set.commands = &set.work.own_frames;  // no camera is present: nothing is found
+    if (start(set, *set.commands->always) != RunStatus::Ok || wait(set) != RunStatus::Ok)
+      throw Error(last_error_);
+    set.work.record_large(*set.commands);  // sized by the counters that have just been written
+    if (start(set, *set.commands->large) != RunStatus::Ok || wait(set) != RunStatus::Ok)
+      throw Error(last_error_);
   }
 
   bool fits(std::uint32_t camera, const ImageView& image) const noexcept {

@@ -210,7 +210,7 @@ FrameSetWork::Commands FrameSetWork::record(const vk::raii::DescriptorSet& set) 
 }
 
 void FrameSetWork::record_large(const Commands& commands) const {
-  const std::uint32_t tile_groups = groups(largest_tiles(), kSplitGroup);
+  const std::uint32_t tile_groups = std::max(1u, groups(largest_tiles(), kSplitGroup));
   const vk::raii::CommandBuffer& large = commands.large;
   begin(large, commands.set);
   // Candidate tiles and counters of the commands above -> step 1
