@@ -58,7 +58,7 @@ layout(binding = 9, std430)
 // A second, writeonly view of what a step both reads and writes: synchronization validation takes a plain buffer block
 // for reading only, and would not notice a missing barrier behind it.
 #if GLINT_STEP == 2
-layout(binding = 7, std430) writeonly buffer ParentsOut { uint parents_out[]; };
+layout(binding = 7, std430) coherent writeonly buffer ParentsOut { uint parents_out[]; };
 #else
 #define parents_out parents
 #endif
@@ -116,6 +116,7 @@ layout(binding = 10, std430) writeonly buffer Blobs { BlobRecord blobs[]; };
 void meet() {
   memoryBarrierBuffer();
   barrier();
+  memoryBarrierBuffer();  // barrier() alone orders shared memory only
 }
 
 void main() {

@@ -255,9 +255,10 @@ std::optional<VulkanDevice::Buffer> VulkanDevice::import_buffer(std::span<std::b
     made.buffer = vk::raii::Buffer(device, vk::BufferCreateInfo({}, made.size, usage, {}, {}, {}, &external));
     const std::uint32_t pointer_bits =
         device.getMemoryHostPointerPropertiesEXT(kKind, memory.data()).memoryTypeBits;
-    const auto type =
-        memory_type(pointer_bits & made.buffer.getMemoryRequirements().memoryTypeBits, {},
-                    vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCached);
+    const auto type = memory_type(pointer_bits & made.buffer.getMemoryRequirements().memoryTypeBits,
+                                  vk::MemoryPropertyFlagBits::eHostVisible |
+                                      vk::MemoryPropertyFlagBits::eHostCoherent,  // nobody flushes
+                                  vk::MemoryPropertyFlagBits::eHostCached);
     if (!type) return std::nullopt;
     const vk::ImportMemoryHostPointerInfoEXT import(kKind, memory.data());
     made.memory = vk::raii::DeviceMemory(device, vk::MemoryAllocateInfo(made.size, *type, &import));
@@ -285,6 +286,12 @@ void VulkanDevice::run_once(const std::function<void(vk::raii::CommandBuffer&)>&
   vk::raii::CommandBuffer& commands = buffers.front();
   commands.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
   record(commands);
+  // What was copied or filled -> whatever runs next
+  commands.pipelineBarrier(
+      vk::PipelineStageFlagBits::eTransfer, vk::PipelineStageFlagBits::eComputeShader, {},
+      vk::MemoryBarrier(vk::AccessFlagBits::eTransferWrite,
+                        vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eShaderWrite),
+      {}, {});
   commands.end();
   const vk::CommandBuffer raw = *commands;
   queue.submit(vk::SubmitInfo({}, {}, raw));

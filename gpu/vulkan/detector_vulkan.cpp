@@ -46,6 +46,7 @@ class VulkanDetector final : public Detector {
                                             path_ == FramePath::Upload, hooks.omitted_barrier));
       Set& set = *sets_.back();
       set.moved.assign(cameras.size(), nullptr);
+      set.taken.assign(cameras.size(), nullptr);
       set.sorted.resize(cameras.size());
       for (auto& blobs : set.sorted) blobs.reserve(options.max_blobs_per_camera);
     }
@@ -135,6 +136,8 @@ class VulkanDetector final : public Detector {
 
   RunStatus submit(std::span<const ImageView> images) noexcept override {
     if (in_flight_ == sets_.size()) return RunStatus::Busy;
+    Set& set = *sets_[next_];
+    const std::vector<const std::uint8_t*>& moved = set.take_moved();  // by upload(), for this submit or none
     if (images.size() != cameras_.size()) return bad_image("the set does not have one image per camera");
     bool in_place = path_ == FramePath::Import && adopted_.has_value();
     for (std::uint32_t i = 0; i < images.size(); ++i) {
@@ -143,7 +146,6 @@ class VulkanDetector final : public Detector {
         return bad_image("an image of camera " + std::to_string(i + 1) + " has the wrong size");
       in_place = in_place && readable_in_place(i, images[i]);
     }
-    Set& set = *sets_[next_];
     const std::span<shaders::CameraParams> params = set.work.params();
     for (std::uint32_t i = 0; i < images.size(); ++i) {
       const ImageView& image = images[i];
@@ -155,7 +157,7 @@ class VulkanDetector final : public Detector {
       } else {
         params[i].frame_texel = static_cast<std::uint32_t>(layout_.frame_offset[i] / 16);
         params[i].stride_texels = layout_.params[i].tiles_x;
-        if (set.moved[i] != image.pixels && !move_frame(set, i, image)) return RunStatus::DeviceLost;
+        if (moved[i] != image.pixels && !move_frame(set, i, image)) return RunStatus::DeviceLost;
       }
     }
     std::fill(set.moved.begin(), set.moved.end(), nullptr);
@@ -172,15 +174,17 @@ class VulkanDetector final : public Detector {
     Set& set = *sets_[oldest];
     if (const RunStatus status = wait(set); status != RunStatus::Ok) return status;
     const bool large = set.work.needs_large();
-    if (large) {
+    if (large && !set.large_started) {
       try {
         set.work.record_large(*set.commands);
       } catch (const std::exception& e) {
         return lost(e.what());
       }
       if (const RunStatus status = start(set, *set.commands->large); status != RunStatus::Ok) return status;
+      set.large_started = true;  // a caller may come back after a time-out
       if (const RunStatus status = wait(set); status != RunStatus::Ok) return status;
     }
+    set.large_started = false;
     --in_flight_;
     batch.cameras.resize(cameras_.size());
     for (std::uint32_t i = 0; i < cameras_.size(); ++i) {
@@ -207,9 +211,16 @@ class VulkanDetector final : public Detector {
     Set(const VulkanDevice& gpu, const Pipelines& pipelines, const WorkLayout& layout,
         const LimitBuffers& limits, const BlobPushConstants& push, bool upload, int omitted_barrier)
         : work(gpu, pipelines, layout, limits, push, upload, omitted_barrier) {}
+    /// What upload() moved for the submit that asks; forgotten then, whatever comes of it.
+    const std::vector<const std::uint8_t*>& take_moved() noexcept {
+      moved.swap(taken);
+      std::fill(moved.begin(), moved.end(), nullptr);
+      return taken;
+    }
     FrameSetWork work;
     const FrameSetWork::Commands* commands = nullptr;  // of the set in flight
-    std::vector<const std::uint8_t*> moved;            // what upload() has moved for the next submit
+    bool large_started = false;                        // its second part is on the device
+    std::vector<const std::uint8_t*> moved, taken;     // per camera: pixels that are on their way
     std::vector<std::vector<BlobRecord>> sorted;
   };
 
@@ -259,6 +270,16 @@ class VulkanDetector final : public Detector {
   bool move_frame(Set& set, std::uint32_t camera, const ImageView& image) noexcept {
     const std::size_t stride = layout_.stride_bytes(camera), offset = layout_.frame_offset[camera];
     const std::size_t bytes = stride * image.height_px;
+    // An earlier frame of this set may still be copied out of the same staging memory by the same commands.
+    if (path_ == FramePath::Upload && (set.moved[camera] != nullptr || set.taken[camera] != nullptr)) {
+      try {
+        gpu_.queue.waitIdle();
+      } catch (const std::exception& e) {
+        (void)lost(e.what());
+        return false;
+      }
+    }
+    set.moved[camera] = image.pixels;
     const bool adopted =
         path_ == FramePath::Upload && image.stride_bytes == stride && inside_adopted(image, bytes);
     if (!adopted) {
@@ -272,7 +293,6 @@ class VulkanDetector final : public Detector {
         }
       }
     }
-    set.moved[camera] = image.pixels;
     if (path_ != FramePath::Upload) return true;
     try {
       const vk::raii::CommandBuffer& commands = set.work.upload_commands[camera];

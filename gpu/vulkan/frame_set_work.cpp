@@ -203,8 +203,9 @@ FrameSetWork::Commands FrameSetWork::record(const vk::raii::DescriptorSet& set) 
   always.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines_.blobs[0]);
   always.dispatch(cameras_, 1, 1);
   stamp(always, 2);
-  // Fused step: blobs and header -> host
-  barrier(always, kNeeded, Stage::eComputeShader, Access::eShaderWrite, Stage::eHost, Access::eHostRead);
+  // Fused step: blobs and header -> host; cleared counters and tile map -> the next set
+  barrier(always, kNeeded, Stage::eComputeShader, Access::eShaderWrite, Stage::eComputeShader | Stage::eHost,
+          kReadWrite | Access::eHostRead);
   always.end();
   return recorded;
 }

@@ -73,7 +73,7 @@ void run(const DetectArguments& a) {
                  input.device_name().c_str());
     for (const std::string& note : opened.notes) std::fprintf(stderr, "glint: %s\n", note.c_str());
   }
-  stop_signal.on_stop([&input] { input.stop(); });
+  const StopSignal::Handler on_stop(stop_signal, [&input] { input.stop(); });
 
   LatencyHistogram detection;
   std::uint64_t blobs = 0;

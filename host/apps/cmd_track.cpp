@@ -133,7 +133,7 @@ void run(const TrackArguments& a) {
   }
 
   TrackPipeline pipeline(std::move(opened.input), opened.rig.calibration, opened.rig.match, opened.rig.track);
-  stop_signal.on_stop([&pipeline] { pipeline.stop(); });
+  const StopSignal::Handler on_stop(stop_signal, [&pipeline] { pipeline.stop(); });
   const ReadStatus end = pipeline.run([&](const TickResult& tick) { output->take(tick, pipeline); });
   const std::string output_problem = output->finish();
   output->fill(summary);

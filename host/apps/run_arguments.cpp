@@ -28,11 +28,26 @@ bool all_digits(const std::string& text) {
          std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
+void check_sim_cameras(const Rig& rig, const Scene& scene) {
+  const auto& wanted = rig.calibration.cameras;
+  const auto& simulated = scene.calibration().cameras;
+  bool same = wanted.size() == simulated.size();
+  for (std::size_t i = 0; same && i < wanted.size(); ++i) {
+    same = wanted[i].width_px == simulated[i].width_px && wanted[i].height_px == simulated[i].height_px;
+  }
+  if (same) return;
+  throw UsageError(
+      rig.path.string() + " has " + std::to_string(wanted.size()) + " cameras, the simulated rig " +
+      std::to_string(simulated.size()) + " of " + std::to_string(simulated.front().width_px) + "x" +
+      std::to_string(simulated.front().height_px) + ": they must agree (--cameras, --width, --height)");
+}
+
 // The file's settings, then the command line's over them.
 Rig make_rig(const RunArguments& a, const Scene* scene) {
   Rig rig;
   if (!a.rig_file.empty()) {
     rig = read_rig(a.rig_file);
+    if (scene != nullptr) check_sim_cameras(rig, *scene);
   } else if (scene != nullptr) {
     rig.name = "simulated";
     rig.calibration = scene->calibration();
@@ -138,7 +153,14 @@ Limits make_limits(const RunArguments& a, const DetectSettings& detect, std::spa
   return std::move(learnt.limit_of_camera);
 }
 
-void open_frames(OpenedRun& run, const RunArguments& a, const FrameInputOptions& options) {
+// Where to end, in frame sets; 0: at the end of the source.
+std::uint64_t sets_wanted(const RunArguments& a, double rate_hz) {
+  if (!a.seconds) return a.max_ticks;
+  const auto sets = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(*a.seconds * rate_hz + 0.5));
+  return a.max_ticks == 0 ? sets : std::min(a.max_ticks, sets);
+}
+
+void open_frames(OpenedRun& run, const RunArguments& a, FrameInputOptions options) {
   const auto open = [&]() -> std::unique_ptr<FrameSource> {
     if (run.scene)
       return std::make_unique<SimSource>(*run.scene, SimSourceOptions{options.pace.pace != Pace::Fastest, 0});
@@ -153,6 +175,7 @@ void open_frames(OpenedRun& run, const RunArguments& a, const FrameInputOptions&
     return *lesson;
   };
   const std::size_t cameras = source->cameras().size();
+  options.max_sets = sets_wanted(a, source->rate_hz() > 0.0 ? source->rate_hz() : run.rig.rate_hz);
   const Limits limits = make_limits(a, run.rig.detect, source->cameras(), learn_from, run.notes);
   auto input = std::make_unique<FrameInput>(std::move(source), lenses_of(run.rig, cameras), options);
   for (std::uint32_t i = 0; i < cameras; ++i) input->set_limit(i, limits[i]);
@@ -201,18 +224,13 @@ OpenedRun open_run(const RunArguments& a, bool rig_needed) {
   }
   run.rig = make_rig(a, run.scene.get());
   const PaceOptions pace = make_pace(a, run.rig, simulated);
-  std::uint64_t max_sets = a.max_ticks;
-  if (a.seconds) {
-    const auto ticks = static_cast<std::uint64_t>(*a.seconds * run.rig.rate_hz + 0.5);
-    max_sets = max_sets == 0 ? std::max<std::uint64_t>(1, ticks) : std::min(max_sets, ticks);
-  }
   if (blobs) {
     std::vector<std::string> names;
     for (const CameraCalibration& camera : run.rig.calibration.cameras) names.push_back(camera.name);
     auto source = open_blob_source(a.source.substr(kBlobs.size()), {names, run.rig.rate_hz});
     const std::size_t cameras = source->cameras().size();
     run.input = std::make_unique<BlobInput>(std::move(source), lenses_of(run.rig, cameras), run.rig.rate_hz,
-                                            pace, max_sets);
+                                            pace, sets_wanted(a, run.rig.rate_hz));
     return run;
   }
   FrameInputOptions options;
@@ -222,7 +240,6 @@ OpenedRun open_run(const RunArguments& a, bool rig_needed) {
   options.detector.max_blobs_per_camera = run.rig.detect.max_blobs_per_camera;
   options.detector.depth = run.rig.gpu.depth;
   options.pace = pace;
-  options.max_sets = max_sets;
   open_frames(run, a, options);
   return run;
 }

@@ -3,6 +3,7 @@
 #include "host/apps/stop_signal.hpp"
 
 #include <pthread.h>
+#include <unistd.h>
 
 #include <ctime>
 #include <utility>
@@ -14,26 +15,35 @@ StopSignal::StopSignal() {
   sigaddset(&signals_, SIGINT);
   sigaddset(&signals_, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals_, &before_);
+  thread_ = std::jthread([this](const std::stop_token& token) { watch(token); });
 }
 
 StopSignal::~StopSignal() {
-  if (thread_.joinable()) {
-    thread_.request_stop();
-    thread_.join();
-  }
+  thread_.request_stop();
+  thread_.join();
   pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
-void StopSignal::on_stop(std::function<void()> stop) {
-  thread_ = std::jthread([signals = signals_, stop = std::move(stop)](const std::stop_token& token) {
-    const timespec wait{0, 100'000'000};
-    while (!token.stop_requested()) {
-      if (sigtimedwait(&signals, nullptr, &wait) < 0) continue;
-      stop();
-      pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);  // the next one ends the program
-      return;
-    }
-  });
+void StopSignal::watch(const std::stop_token& token) {
+  const timespec wait{0, 50'000'000};
+  while (!token.stop_requested()) {
+    const int signal = sigtimedwait(&signals_, nullptr, &wait);
+    if (signal < 0) continue;
+    const std::lock_guard lock(mutex_);
+    if (!stop_ || stopping_) _exit(128 + signal);
+    stopping_ = true;
+    stop_();
+  }
+}
+
+StopSignal::Handler::Handler(StopSignal& signal, std::function<void()> stop) : signal_(signal) {
+  const std::lock_guard lock(signal_.mutex_);
+  signal_.stop_ = std::move(stop);
+}
+
+StopSignal::Handler::~Handler() {
+  const std::lock_guard lock(signal_.mutex_);
+  signal_.stop_ = nullptr;
 }
 
 }  // namespace glint::apps

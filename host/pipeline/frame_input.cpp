@@ -117,8 +117,31 @@ bool FrameInput::submit_one(bool wait) noexcept {
   return true;
 }
 
+bool FrameInput::start_capture() noexcept {
+  try {
+    thread_ = std::thread([this] { capture(); });
+    return true;
+  } catch (const std::exception& e) {
+    problem_ = std::string("no thread for the cameras: ") + e.what();
+    ended_ = true;
+    return false;
+  }
+}
+
+// Ends the capture thread and counts what it had delivered in vain.
+ReadStatus FrameInput::fail() noexcept {
+  stop_.request_stop();
+  ring_.close();
+  if (thread_.joinable()) thread_.join();
+  std::uint64_t lost = count_;
+  for (FrameSet set; ring_.pop(set);) ++lost;
+  dropped_.fetch_add(lost, std::memory_order_relaxed);
+  ended_ = true;
+  return ReadStatus::Failed;
+}
+
 ReadStatus FrameInput::next(TickBlobs& tick) noexcept {
-  if (!thread_.joinable() && !ended_) thread_ = std::thread([this] { capture(); });
+  if (!thread_.joinable() && !ended_ && !start_capture()) return ReadStatus::Failed;
   // With depth 2 the device is given the next set, if it is there, before the oldest one is waited for.
   while (count_ < in_flight_.size() && problem_.empty() && !ended_) {
     const bool must_wait = count_ == 0;
@@ -126,11 +149,11 @@ ReadStatus FrameInput::next(TickBlobs& tick) noexcept {
     if (must_wait && problem_.empty()) ended_ = true;
     break;
   }
-  if (!problem_.empty()) return ReadStatus::Failed;
+  if (!problem_.empty()) return fail();
   if (count_ == 0) return source_end_;
   if (detector_->collect(batch_) != gpu::RunStatus::Ok) {
     problem_ = detector_->last_error();
-    return ReadStatus::Failed;
+    return fail();
   }
   tick.detected = std::chrono::steady_clock::now();
   FrameSet& set = in_flight_[oldest_];

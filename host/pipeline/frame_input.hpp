@@ -42,6 +42,8 @@ class FrameInput final : public TickInput {
 
  private:
   void capture() noexcept;
+  bool start_capture() noexcept;
+  ReadStatus fail() noexcept;
   bool fresh(std::size_t camera, const FrameSet& set) noexcept;
   bool submit_one(bool wait) noexcept;
   void fill(TickBlobs& tick, const FrameSet& set) noexcept;

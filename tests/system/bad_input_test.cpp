@@ -176,6 +176,26 @@ TEST_F(BadInput, AFullDiskEndsTheRunAndSaysSo) {
   EXPECT_THAT(o.err, HasSubstr("No space left"));
 }
 
+TEST_F(BadInput, ARigThatIsNotTheSimulatedOne) {
+  const Outcome o = run_glint(
+      {"track", "sim", "--rig", calibration(), "--cameras", "2", "--ticks", "1", "--device", "cpu"});
+  EXPECT_EQ(o.exit_code, 2);
+  EXPECT_THAT(o.err, HasSubstr("--cameras"));
+}
+
+TEST_F(BadInput, AVeryShortRunStillEnds) {
+  const Outcome o =
+      run_glint({"track", "sim", "--ticks", "5", "--seconds", "0.001", "--device", "cpu", "--pace", "fast"});
+  EXPECT_EQ(o.exit_code, 0) << o.err;
+  EXPECT_THAT(o.err, HasSubstr("0 of 1"));
+}
+
+TEST_F(BadInput, CtrlCBeforeTheRunBeginsEndsTheProgram) {
+  const Outcome o = run_glint({"track", "sim", "--background", "1000", "--jpeg", "90", "--device", "cpu"},
+                              {.environment = {}, .interrupt_after_s = 1.0, .standard_output = {}});
+  EXPECT_EQ(o.exit_code, 130);
+}
+
 TEST_F(BadInput, UsageErrorsAreCode2) {
   EXPECT_EQ(run_glint({"track"}).exit_code, 2);
   EXPECT_EQ(run_glint({"track", "cameras"}).exit_code, 2);
