@@ -1,40 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Detectors for a scene, and the check that they are right.
+// Detectors for a scene, and what only reads its pixels.
 #include "benchmarks/glint_contenders.hpp"
 
 #include <atomic>
-#include <cmath>
 #include <cstring>
-#include <tuple>
 
 #include "gpu/cpu/workers.hpp"
+#include "host/bench/check.hpp"
 
 namespace glint::benchmarks {
 namespace {
-
-void set_limits(const Scene& scene, gpu::Detector& detector) {
-  for (unsigned i = 0; i < scene.options().cameras; ++i) detector.set_limit(i, scene.limit(i));
-}
-
-gpu::BlobBatch detect(gpu::Detector& detector, const std::vector<gpu::ImageView>& images) {
-  gpu::BlobBatch batch;
-  if (detector.submit(images) != gpu::RunStatus::Ok || detector.collect(batch) != gpu::RunStatus::Ok) {
-    throw gpu::Error(detector.device_name() + ": " + detector.last_error());
-  }
-  return batch;
-}
-
-bool same(const gpu::BlobRecord& a, const gpu::BlobRecord& b, const gpu::Lens& lens) {
-  const auto integers = [](const gpu::BlobRecord& r) {
-    return std::tie(r.area_px, r.sum, r.weight, r.peak, r.x_min_px, r.y_min_px, r.x_max_px, r.y_max_px,
-                    r.flags);
-  };
-  const auto close = [](float x, float y, double scale) {
-    return std::abs(static_cast<double>(x) - static_cast<double>(y)) * scale <= 0.001;
-  };
-  return integers(a) == integers(b) && close(a.x_px, b.x_px, 1.0) && close(a.y_px, b.y_px, 1.0) &&
-         close(a.x_undist, b.x_undist, lens.fx_px) && close(a.y_undist, b.y_undist, lens.fy_px);
-}
 
 /// Adds up the pixels of one camera, eight at a time.
 std::uint64_t read_pixels(const std::uint8_t* pixels, std::size_t bytes) noexcept {
@@ -62,7 +37,8 @@ class Reader {
   static void work(void* context, unsigned, unsigned item) noexcept {
     Reader& self = *static_cast<Reader*>(context);
     const SceneOptions& o = self.scene_.options();
-    self.sum_ += read_pixels(self.scene_.pixels(self.tick_, item), std::size_t{o.width_px} * o.height_px);
+    self.sum_ += read_pixels(self.scene_.pixels(self.tick_, item),
+                             std::size_t{self.scene_.stride_bytes()} * o.height_px);
   }
 
   const Scene& scene_;
@@ -88,29 +64,8 @@ std::vector<NamedDetector> glint_detectors(Scene& scene) {
     detector->adopt_frame_memory(scene.memory());
     detectors.push_back({"glint Vulkan, " + device.name, std::move(detector)});
   }
-  for (const NamedDetector& named : detectors) set_limits(scene, *named.detector);
+  for (const NamedDetector& named : detectors) bench::set_limits(scene, *named.detector);
   return detectors;
-}
-
-std::string difference_from_reference(const Scene& scene, gpu::Detector& detector) {
-  const std::vector<gpu::CameraFormat> formats = scene.formats();
-  const auto reference = gpu::make_reference_detector(formats, {});
-  set_limits(scene, *reference);
-  for (unsigned tick = 0; tick < scene.options().ticks; ++tick) {
-    const gpu::BlobBatch expected = detect(*reference, scene.images(tick));
-    const gpu::BlobBatch actual = detect(detector, scene.images(tick));
-    for (std::size_t i = 0; i < formats.size(); ++i) {
-      const auto e = expected.cameras[i].blobs, a = actual.cameras[i].blobs;
-      const std::string where = "tick " + std::to_string(tick) + ", camera " + std::to_string(i) + ": ";
-      if (e.size() != a.size() || expected.cameras[i].found != actual.cameras[i].found) {
-        return where + std::to_string(a.size()) + " blobs instead of " + std::to_string(e.size());
-      }
-      for (std::size_t b = 0; b < e.size(); ++b) {
-        if (!same(e[b], a[b], formats[i].lens)) return where + "blob " + std::to_string(b) + " differs";
-      }
-    }
-  }
-  return "";
 }
 
 Contender as_contender(const Scene& scene, const NamedDetector& named) {

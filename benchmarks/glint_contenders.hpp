@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// glint's detectors as contenders, checked before they run for time; and the floor below all of them.
+// glint's detectors as contenders, and the floor below all of them.
 #pragma once
 
 #include <memory>
@@ -19,9 +19,6 @@ struct NamedDetector {
 
 /// Native on one and two threads, and every usable Vulkan device.
 std::vector<NamedDetector> glint_detectors(Scene& scene);
-
-/// What differs from the reference on any frame; empty if nothing does.
-std::string difference_from_reference(const Scene& scene, gpu::Detector& detector);
 
 Contender as_contender(const Scene& scene, const NamedDetector& detector);
 

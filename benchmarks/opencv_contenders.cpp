@@ -106,7 +106,7 @@ class Pipeline {
     Pipeline& self = *static_cast<Pipeline*>(context);
     const SceneOptions& o = self.scene_.options();
     const cv::Mat frame(static_cast<int>(o.height_px), static_cast<int>(o.width_px), CV_8UC1,
-                        self.scene_.pixels(self.tick_, item));
+                        self.scene_.pixels(self.tick_, item), self.scene_.stride_bytes());
     self.found_[item] = self.step_(self.cameras_[item], frame);
   }
 

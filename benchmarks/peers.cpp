@@ -13,6 +13,7 @@
 
 #include "benchmarks/glint_contenders.hpp"
 #include "benchmarks/opencv_contenders.hpp"
+#include "host/bench/check.hpp"
 
 namespace glint::benchmarks {
 namespace {
@@ -133,10 +134,10 @@ int run(int argc, char** argv) {
   for (const unsigned count : blobs) {
     options.blobs_per_camera = count;
     Scene scene(options);
+    const bench::Expected expected(scene);
     std::vector<Contender> contenders = memory_floor(scene);
     for (const NamedDetector& named : glint_detectors(scene)) {
-      if (const std::string difference = difference_from_reference(scene, *named.detector);
-          !difference.empty()) {
+      if (const std::string difference = expected.difference(*named.detector); !difference.empty()) {
         std::printf("FAIL: %s: %s\n", named.name.c_str(), difference.c_str());
         return 1;
       }

@@ -20,6 +20,12 @@ Scene make_scene(benchmark::State& state) {
   return Scene(options);
 }
 
+gpu::Lens scene_lens() {
+  SceneOptions options;
+  options.cameras = options.ticks = 1;
+  return Scene(options).formats()[0].lens;
+}
+
 void detect(benchmark::State& state, const Scene& scene, gpu::Detector& detector) {
   for (unsigned i = 0; i < scene.options().cameras; ++i) detector.set_limit(i, scene.limit(i));
   std::vector<std::vector<gpu::ImageView>> sets;
@@ -63,7 +69,7 @@ BENCHMARK(native)
     ->UseRealTime();
 
 void undistort(benchmark::State& state) {
-  const gpu::Lens lens = Scene({1, 1280, 800, 0, 1, 40, 1}).formats()[0].lens;
+  const gpu::Lens lens = scene_lens();
   double x = 0.0, y = 0.0;
   for (auto _ : state) {
     x = x < 1270.0 ? x + 9.7 : 0.0;
@@ -74,7 +80,7 @@ void undistort(benchmark::State& state) {
 BENCHMARK(undistort);
 
 void undistort_blob(benchmark::State& state) {
-  const gpu::Lens lens = Scene({1, 1280, 800, 0, 1, 40, 1}).formats()[0].lens;
+  const gpu::Lens lens = scene_lens();
   double x = 0.0, y = 0.0;
   for (auto _ : state) {
     x = x < 1270.0 ? x + 9.7 : 0.0;

@@ -67,7 +67,8 @@ struct CameraBlobs {
   std::span<const BlobRecord> blobs;
   std::uint32_t found =
       0;  ///< components that passed the area filter, kept or not; with overflow a lower bound
-  bool overflow = false;  ///< not all were kept: which ones is unspecified
+  bool overflow =
+      false;  ///< not all were kept: which ones is unspecified. Also when a blob is too large for the device
 };
 
 struct StageTime {
@@ -129,14 +130,27 @@ std::unique_ptr<Detector> make_reference_detector(std::span<const CameraFormat> 
 std::unique_ptr<Detector> make_cpu_detector(std::span<const CameraFormat> cameras,
                                             const DetectorOptions& options);
 
+/// A heap of a device's memory.
+struct MemoryHeap {
+  std::uint64_t size_bytes = 0;
+  bool device_local = false, multi_instance = false;
+  bool host_visible = false;  ///< some memory type in it is
+};
+
 /// A Vulkan device as `glint devices` lists it.
 struct DeviceInfo {
   std::uint32_t index = 0;
   std::string name, driver_name, driver_info, uuid,
-      type;  ///< type: discrete, integrated, virtual, software, other
+      type;                          ///< type: discrete, integrated, virtual, software, other
+  std::string driver_uuid, pci_bus;  ///< pci_bus: "0000:01:00.0"; empty where the driver does not tell
   std::uint32_t vendor_id = 0, device_id = 0, api_major = 0, api_minor = 0, api_patch = 0;
+  std::uint32_t driver_version = 0;  ///< packed as the vendor likes it
+  std::uint32_t driver_id = 0;       ///< VkDriverId; 0: the driver does not tell
+  std::string driver_id_name;        ///< "MesaLlvmpipe"
+  std::string conformance_version;   ///< of the Vulkan test suite: "1.3.1.1"
   std::uint32_t subgroup_size = 0, max_workgroup_invocations = 0;
   std::uint64_t max_texel_buffer_elements = 0, device_memory_bytes = 0;
+  std::vector<MemoryHeap> heaps;
   double timestamp_period_ns = 0.0;
   bool software = false, imports_host_memory = false, usable = false;
   std::string why_not_usable;
@@ -145,6 +159,10 @@ struct DeviceInfo {
 /// All Vulkan devices; empty without a driver. Never throws for a missing driver: `problem` says why it is
 /// empty.
 std::vector<DeviceInfo> list_devices(std::string* problem = nullptr);
+
+/// The usable device that "auto", an index, a UUID or part of a name stands for. Throws Error that lists what
+/// there is.
+DeviceInfo find_device(const std::string& device);
 
 /// device: "auto" (hardware before software), "cpu", an index, a UUID, or part of a name. Throws Error
 /// that lists what there is.

@@ -29,7 +29,7 @@ bool is_index(const std::string& text) {
          std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
 }
 
-const DeviceInfo* find_device(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
+const DeviceInfo* choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
   if (wanted == "auto") {
     const auto best =
         std::min_element(devices.begin(), devices.end(), [](const DeviceInfo& a, const DeviceInfo& b) {
@@ -55,36 +55,24 @@ const DeviceInfo* find_device(const std::vector<DeviceInfo>& devices, const std:
   return nullptr;
 }
 
-void check_formats(std::span<const CameraFormat> cameras) {
-  if (cameras.empty()) throw Error("a detector needs at least one camera");
-  if (cameras.size() > kMaxCameras) {
-    throw Error(std::to_string(cameras.size()) + " cameras; at most " + std::to_string(kMaxCameras) +
-                " are supported");
-  }
-  for (const CameraFormat& camera : cameras) {
-    const std::uint64_t pixels = std::uint64_t{camera.width_px} * camera.height_px;
-    if (pixels == 0 || pixels > kMaxPixels || camera.width_px > 65535 || camera.height_px > 65535) {
-      throw Error("a camera of " + std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px) +
-                  " pixels; between 1 and 2^24 pixels are supported");
-    }
-  }
-}
-
 }  // namespace
 
-std::unique_ptr<Detector> make_detector(const std::string& device, std::span<const CameraFormat> cameras,
-                                        const DetectorOptions& options) {
-  check_formats(cameras);
-  if (device == "cpu") return make_cpu_detector(cameras, options);
+DeviceInfo find_device(const std::string& device) {
   std::string problem;
   const std::vector<DeviceInfo> devices = list_devices(&problem);
   if (devices.empty()) {
     throw Error("no Vulkan device: " + problem + "; --device cpu tracks without one");
   }
-  const DeviceInfo* found = find_device(devices, device);
+  const DeviceInfo* found = choose(devices, device);
   if (found == nullptr) throw Error("no device \"" + device + "\"; " + listing(devices));
   if (!found->usable) throw Error("device \"" + found->name + "\" cannot be used: " + found->why_not_usable);
-  return make_vulkan_detector(*found, cameras, options);
+  return *found;
+}
+
+std::unique_ptr<Detector> make_detector(const std::string& device, std::span<const CameraFormat> cameras,
+                                        const DetectorOptions& options) {
+  if (device == "cpu") return make_cpu_detector(cameras, options);
+  return make_vulkan_detector(find_device(device), cameras, options);
 }
 
 }  // namespace glint::gpu

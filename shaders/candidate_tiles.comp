@@ -13,13 +13,16 @@
 layout(local_size_x_id = 0) in;
 layout(constant_id = 1) const uint kStepsAcross = 1u;
 layout(constant_id = 2) const uint kRowsDown = 1u;
+layout(constant_id = 3) const uint kFusedTiles = 2048u;
 
 layout(binding = 0, std140) uniform Cameras { CameraParams cameras[kMaxCameraCount]; };
 layout(binding = 1) uniform usamplerBuffer frames;
 layout(binding = 3, std430) readonly buffer TileFloors { uint tile_floors[]; };  // smallest limit, four times
-layout(binding = 4, std430) buffer Counters { CameraCounters counters[]; };
-layout(binding = 5, std430) writeonly buffer TileList { uint tile_list[]; };
-layout(binding = 6, std430) writeonly buffer TileMap { uint tile_map[]; };
+layout(binding = 4, std430) buffer Counters {
+  DispatchSizes sizes;
+  CameraCounters counters[];
+};
+layout(binding = 5, std430) writeonly buffer TileList { uint tile_list[]; };  // x | y << 16
 
 #include "shaders/lib/packed_bytes.glsl"
 
@@ -44,19 +47,20 @@ void main() {
   uint end_x = min(first_x + gl_WorkGroupSize.x * kStepsAcross, tiles_x);
   uint y = gl_WorkGroupID.y * kRowsDown;
   uint end_y = min(y + kRowsDown, cameras[camera].tiles_y);
-  if (cameras[camera].present == 0u || first_x >= tiles_x) end_y = 0u;
+  if (cameras[camera].stamp == 0u || first_x >= tiles_x) end_y = 0u;
   uint frame = cameras[camera].frame_texel;
 
+  uint listed = 0u;  // length of the list when this invocation last added to it
   uint x = first_x;  // of lane 0
   while (y < end_y) {
     // Search. The bitwise or of a tile's pixels is at least its brightest one, so or <= floor proves it dark. The lanes
     // leave together: on a CPU driver one that waits costs as much as one that works. Going right keeps to eight rows of
     // memory, which a CPU fetches ahead.
-    uint joined, tile;
+    uint joined, tile_x, tile_y;
     bool hit;
     do {
-      uint tile_x = min(x + lane, tiles_x - 1u);
-      tile = y * tiles_x + tile_x;
+      tile_x = min(x + lane, tiles_x - 1u);
+      tile_y = y;
       joined = joined_pixels(int(frame + y * kTileHeight * stride + tile_x), int(stride));
       hit = x + lane < end_x && greater_bytes(joined, floor_splat) != 0u;
       x += gl_WorkGroupSize.x;
@@ -68,10 +72,13 @@ void main() {
 #else
     } while (y < end_y && !hit);
 #endif
-    if (hit && greater_bytes(joined, tile_floors[tile_base + tile]) != 0u) {
-      uint slot = atomicAdd(counters[camera].tiles, 1u);
-      tile_list[tile_base + slot] = tile;
-      tile_map[tile_base + tile] = slot + 1u;
+    if (hit && greater_bytes(joined, tile_floors[tile_base + tile_y * tiles_x + tile_x]) != 0u) {
+      uint place = atomicAdd(counters[camera].tiles, 1u);
+      tile_list[tile_base + place] = tile_x | (tile_y << 16);
+      listed = place + 1u;
     }
   }
+  // The size of what follows; once per invocation, whoever added last knows the length.
+  if (listed != 0u && listed <= kFusedTiles) sizes.fused.x = gl_NumWorkGroups.z;
+  if (listed > kFusedTiles) atomicMax(sizes.tiles.x, (listed + kSplitGroup - 1u) / kSplitGroup);
 }

@@ -61,6 +61,46 @@ std::optional<std::uint32_t> compute_family(const vk::raii::PhysicalDevice& devi
   return std::nullopt;
 }
 
+void describe_driver(const vk::raii::PhysicalDevice& device, DeviceInfo& info) {
+  const auto driver =
+      device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>()
+          .get<vk::PhysicalDeviceDriverProperties>();
+  info.driver_name = driver.driverName.data();
+  info.driver_info = driver.driverInfo.data();
+  info.driver_id = static_cast<std::uint32_t>(driver.driverID);
+  info.driver_id_name = vk::to_string(driver.driverID);
+  const vk::ConformanceVersion& passed = driver.conformanceVersion;
+  info.conformance_version = std::to_string(passed.major) + "." + std::to_string(passed.minor) + "." +
+                             std::to_string(passed.subminor) + "." + std::to_string(passed.patch);
+}
+
+std::string pci_bus(const vk::raii::PhysicalDevice& device) {
+  const auto pci =
+      device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDevicePCIBusInfoPropertiesEXT>()
+          .get<vk::PhysicalDevicePCIBusInfoPropertiesEXT>();
+  char text[48];
+  std::snprintf(text, sizeof text, "%04x:%02x:%02x.%x", pci.pciDomain, pci.pciBus, pci.pciDevice,
+                pci.pciFunction);
+  return text;
+}
+
+void describe_memory(const vk::raii::PhysicalDevice& device, DeviceInfo& info) {
+  const vk::PhysicalDeviceMemoryProperties memory = device.getMemoryProperties();
+  for (std::uint32_t h = 0; h < memory.memoryHeapCount; ++h) {
+    const vk::MemoryHeap& heap = memory.memoryHeaps[h];
+    MemoryHeap& described = info.heaps.emplace_back();
+    described.size_bytes = heap.size;
+    described.device_local = static_cast<bool>(heap.flags & vk::MemoryHeapFlagBits::eDeviceLocal);
+    described.multi_instance = static_cast<bool>(heap.flags & vk::MemoryHeapFlagBits::eMultiInstance);
+    for (std::uint32_t t = 0; t < memory.memoryTypeCount; ++t) {
+      const vk::MemoryType& type = memory.memoryTypes[t];
+      if (type.heapIndex == h && (type.propertyFlags & vk::MemoryPropertyFlagBits::eHostVisible))
+        described.host_visible = true;
+    }
+    if (described.device_local) info.device_memory_bytes += heap.size;
+  }
+}
+
 DeviceInfo describe(const vk::raii::PhysicalDevice& device, std::uint32_t number) {
   DeviceInfo info;
   info.index = number;
@@ -70,6 +110,7 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& device, std::uint32_t number
   info.software = basic.deviceType == vk::PhysicalDeviceType::eCpu;
   info.vendor_id = basic.vendorID;
   info.device_id = basic.deviceID;
+  info.driver_version = basic.driverVersion;
   info.api_major = VK_API_VERSION_MAJOR(basic.apiVersion);
   info.api_minor = VK_API_VERSION_MINOR(basic.apiVersion);
   info.api_patch = VK_API_VERSION_PATCH(basic.apiVersion);
@@ -88,16 +129,10 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& device, std::uint32_t number
                                                 vk::PhysicalDeviceSubgroupProperties>();
   info.uuid = uuid_text(properties.get<vk::PhysicalDeviceIDProperties>().deviceUUID);
   info.subgroup_size = properties.get<vk::PhysicalDeviceSubgroupProperties>().subgroupSize;
-  if (has_driver_properties) {
-    const auto driver =
-        device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>()
-            .get<vk::PhysicalDeviceDriverProperties>();
-    info.driver_name = driver.driverName.data();
-    info.driver_info = driver.driverInfo.data();
-  }
-  for (const vk::MemoryHeap& heap : device.getMemoryProperties().memoryHeaps) {
-    if (heap.flags & vk::MemoryHeapFlagBits::eDeviceLocal) info.device_memory_bytes += heap.size;
-  }
+  info.driver_uuid = uuid_text(properties.get<vk::PhysicalDeviceIDProperties>().driverUUID);
+  if (has_driver_properties) describe_driver(device, info);
+  if (extensions.contains(VK_EXT_PCI_BUS_INFO_EXTENSION_NAME)) info.pci_bus = pci_bus(device);
+  describe_memory(device, info);
   info.imports_host_memory = extensions.contains(VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME);
   info.usable = compute_family(device).has_value();
   if (!info.usable) info.why_not_usable = "it has no queue that computes";

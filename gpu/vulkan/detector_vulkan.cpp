@@ -19,6 +19,21 @@ FramePath choose_path(const VulkanDevice& gpu, FramePath wanted) {
   return gpu.info.type == "discrete" || gpu.info.type == "virtual" ? FramePath::Upload : FramePath::Import;
 }
 
+void check_formats(std::span<const CameraFormat> cameras) {
+  if (cameras.empty()) throw Error("a detector needs at least one camera");
+  if (cameras.size() > kMaxCameras) {
+    throw Error(std::to_string(cameras.size()) + " cameras; at most " + std::to_string(kMaxCameras) +
+                " are supported");
+  }
+  for (const CameraFormat& camera : cameras) {
+    const std::uint64_t pixels = std::uint64_t{camera.width_px} * camera.height_px;
+    if (pixels == 0 || pixels > kMaxPixels || camera.width_px > 65535 || camera.height_px > 65535) {
+      throw Error("a camera of " + std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px) +
+                  " pixels; between 1 and 2^24 pixels are supported");
+    }
+  }
+}
+
 class VulkanDetector final : public Detector {
  public:
   VulkanDetector(const DeviceInfo& device, std::span<const CameraFormat> cameras,
@@ -27,20 +42,23 @@ class VulkanDetector final : public Detector {
         options_(options),
         instance_(options.on_validation_message),
         gpu_(instance_, device),
-        pipelines_(gpu_),
-        layout_(cameras, gpu_.limits.maxStorageBufferRange),
+        pipelines_(gpu_, hooks.fused_tiles),
+        layout_(cameras, gpu_.limits),
         path_(choose_path(gpu_, options.frame_path)),
+        // A CPU driver pays for every dispatch, needed or not; a GPU for every time that the host is asked.
+        submit_together_(hooks.submit_together.value_or(!gpu_.info.software)),
         name_(device.name) {
     check_size();
     using Usage = vk::BufferUsageFlagBits;
-    limits_.limits = gpu_.make_buffer(layout_.limit_bytes, Usage::eUniformTexelBuffer | Usage::eTransferDst,
-                                      {}, vk::MemoryPropertyFlagBits::eDeviceLocal, "limit images");
+    limits_.limits =
+        gpu_.make_buffer(vk::DeviceSize{layout_.tiles} * shaders::kTileWidth * shaders::kTileHeight,
+                         Usage::eUniformTexelBuffer | Usage::eTransferDst, {},
+                         vk::MemoryPropertyFlagBits::eDeviceLocal, "limit images");
     limits_.tile_floors =
         gpu_.make_buffer(vk::DeviceSize{layout_.tiles} * 4, Usage::eStorageBuffer | Usage::eTransferDst, {},
                          vk::MemoryPropertyFlagBits::eDeviceLocal, "tile floors");
     limits_.limits_view.emplace(gpu_.make_texel_view(limits_.limits));
-    const BlobPushConstants push{options.min_area_px, options.max_area_px, options.max_blobs_per_camera,
-                                 layout_.slots};
+    const BlobPushConstants push{options.min_area_px, options.max_area_px, options.max_blobs_per_camera};
     for (unsigned i = 0; i < std::max(1u, options.depth); ++i) {
       sets_.push_back(std::make_unique<Set>(gpu_, pipelines_, layout_, limits_, push,
                                             path_ == FramePath::Upload, hooks.omitted_barrier));
@@ -74,38 +92,36 @@ class VulkanDetector final : public Detector {
     }
     if (in_flight_ > 0) throw Error("limit images cannot change while frame sets are in flight");
     shaders::CameraParams& p = layout_.params[camera];
-    const std::size_t stride = layout_.stride_bytes(camera),
-                      rows = std::size_t{p.tiles_y} * shaders::kTileHeight;
-    const std::size_t floors_at = stride * rows;
-    const VulkanDevice::Buffer staging = gpu_.make_buffer(
-        floors_at + std::size_t{p.tiles_x} * p.tiles_y * 4, vk::BufferUsageFlagBits::eTransferSrc,
-        vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent, {},
-        "staged limits");
-    std::memset(staging.mapped, 255, floors_at);  // beyond the image nothing is bright
-    for (std::uint32_t y = 0; y < p.height_px; ++y) {
-      std::memcpy(staging.mapped + y * stride, limit.data() + std::size_t{y} * p.width_px, p.width_px);
+    constexpr std::size_t kTileBytes = shaders::kTileWidth * shaders::kTileHeight;
+    const std::size_t tiles = std::size_t{p.tiles_x} * p.tiles_y, floors_at = tiles * kTileBytes;
+    const VulkanDevice::Buffer staging =
+        gpu_.make_buffer(floors_at + tiles * 4, vk::BufferUsageFlagBits::eTransferSrc,
+                         vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent,
+                         {}, "staged limits");
+    std::memset(staging.mapped, 255, floors_at);     // beyond the image nothing is bright
+    for (std::size_t y = 0; y < p.height_px; ++y) {  // tile after tile, row after row within a tile
+      const std::size_t first_tile = y / shaders::kTileHeight * p.tiles_x, row = y % shaders::kTileHeight;
+      for (std::size_t x = 0; x < p.width_px; x += shaders::kTileWidth) {
+        std::memcpy(
+            staging.mapped + (first_tile + x / shaders::kTileWidth) * kTileBytes + row * shaders::kTileWidth,
+            limit.data() + y * p.width_px + x, std::min<std::size_t>(shaders::kTileWidth, p.width_px - x));
+      }
     }
     std::uint32_t lowest = 255;
-    for (std::uint32_t tile = 0; tile < p.tiles_x * p.tiles_y; ++tile) {
-      const std::byte* first = staging.mapped + tile / p.tiles_x * shaders::kTileHeight * stride +
-                               std::size_t{tile % p.tiles_x} * shaders::kTileWidth;
-      std::uint32_t floor = 255;
-      for (std::size_t y = 0; y < shaders::kTileHeight; ++y) {
-        for (std::size_t x = 0; x < shaders::kTileWidth; ++x) {
-          floor = std::min(floor, std::to_integer<std::uint32_t>(first[y * stride + x]));
-        }
-      }
+    for (std::size_t tile = 0; tile < tiles; ++tile) {
+      const std::byte* first = staging.mapped + tile * kTileBytes;
+      const std::uint32_t floor =
+          std::to_integer<std::uint32_t>(*std::min_element(first, first + kTileBytes));
       const std::uint32_t splat = floor * 0x01010101u;
-      std::memcpy(staging.mapped + floors_at + std::size_t{tile} * 4, &splat, 4);
+      std::memcpy(staging.mapped + floors_at + tile * 4, &splat, 4);
       lowest = std::min(lowest, floor);
     }
     p.floor_splat = lowest * 0x01010101u;
     gpu_.run_once([&](vk::raii::CommandBuffer& commands) {
       commands.copyBuffer(*staging.buffer, *limits_.limits.buffer,
-                          vk::BufferCopy(0, vk::DeviceSize{p.limit_texel} * 16, floors_at));
+                          vk::BufferCopy(0, p.tile_base * kTileBytes, floors_at));
       commands.copyBuffer(*staging.buffer, *limits_.tile_floors.buffer,
-                          vk::BufferCopy(floors_at, vk::DeviceSize{p.tile_base} * 4,
-                                         vk::DeviceSize{p.tiles_x} * p.tiles_y * 4));
+                          vk::BufferCopy(floors_at, vk::DeviceSize{p.tile_base} * 4, tiles * 4));
     });
     for (const auto& set : sets_) set->work.params()[camera].floor_splat = p.floor_splat;
   }
@@ -147,9 +163,10 @@ class VulkanDetector final : public Detector {
       in_place = in_place && readable_in_place(i, images[i]);
     }
     const std::span<shaders::CameraParams> params = set.work.params();
+    set.stamp += set.stamp == 0xffffffffu ? 2u : 1u;  // 0 is for cameras without a frame
     for (std::uint32_t i = 0; i < images.size(); ++i) {
       const ImageView& image = images[i];
-      params[i].present = image.pixels != nullptr ? 1 : 0;
+      params[i].stamp = image.pixels != nullptr ? set.stamp : 0;
       if (image.pixels == nullptr) continue;
       if (in_place) {
         params[i].frame_texel = static_cast<std::uint32_t>(offset_in_adopted(image) / 16);
@@ -162,7 +179,11 @@ class VulkanDetector final : public Detector {
     }
     std::fill(set.moved.begin(), set.moved.end(), nullptr);
     set.commands = in_place ? &set.work.adopted_frames : &set.work.own_frames;
-    if (const RunStatus status = start(set, *set.commands->always); status != RunStatus::Ok) return status;
+    set.many_tiles_started = false;
+    const std::array all{*set.commands->always, *set.commands->many_tiles};
+    set.many_tiles_started = submit_together_;
+    const RunStatus status = start(set, std::span(all).first(set.many_tiles_started ? 2 : 1));
+    if (status != RunStatus::Ok) return status;
     next_ = (next_ + 1) % sets_.size();
     ++in_flight_;
     return RunStatus::Ok;
@@ -173,18 +194,12 @@ class VulkanDetector final : public Detector {
     const std::size_t oldest = (next_ + sets_.size() - in_flight_) % sets_.size();
     Set& set = *sets_[oldest];
     if (const RunStatus status = wait(set); status != RunStatus::Ok) return status;
-    const bool large = set.work.needs_large();
-    if (large && !set.large_started) {
-      try {
-        set.work.record_large(*set.commands);
-      } catch (const std::exception& e) {
-        return lost(e.what());
-      }
-      if (const RunStatus status = start(set, *set.commands->large); status != RunStatus::Ok) return status;
-      set.large_started = true;  // a caller may come back after a time-out
+    if (!set.many_tiles_started && set.work.needs_many_tiles()) {
+      if (const RunStatus status = start(set, {{*set.commands->many_tiles}}); status != RunStatus::Ok)
+        return status;
+      set.many_tiles_started = true;  // a caller may come back after a time-out
       if (const RunStatus status = wait(set); status != RunStatus::Ok) return status;
     }
-    set.large_started = false;
     --in_flight_;
     batch.cameras.resize(cameras_.size());
     for (std::uint32_t i = 0; i < cameras_.size(); ++i) {
@@ -199,10 +214,8 @@ class VulkanDetector final : public Detector {
       });
       batch.cameras[i] = {sorted, counters.blobs, counters.blobs > kept || counters.flags != 0};
     }
-    batch.stages.clear();
-    const std::span<const double> seconds = set.work.stage_seconds(large);
-    for (std::size_t i = 0; i < seconds.size(); ++i)
-      batch.stages.push_back({FrameSetWork::kStages[i], seconds[i]});
+    const std::span<const StageTime> stages = set.work.stages(set.many_tiles_started);
+    batch.stages.assign(stages.begin(), stages.end());
     return RunStatus::Ok;
   }
 
@@ -219,8 +232,9 @@ class VulkanDetector final : public Detector {
     }
     FrameSetWork work;
     const FrameSetWork::Commands* commands = nullptr;  // of the set in flight
-    bool large_started = false;                        // its second part is on the device
-    std::vector<const std::uint8_t*> moved, taken;     // per camera: pixels that are on their way
+    bool many_tiles_started = false;
+    std::uint32_t stamp = 0;  // tells this frame set from the ones before it on the device
+    std::vector<const std::uint8_t*> moved, taken;  // per camera: pixels that are on their way
     std::vector<std::vector<BlobRecord>> sorted;
   };
 
@@ -235,12 +249,11 @@ class VulkanDetector final : public Detector {
   // the loop.
   void warm_up() {
     Set& set = *sets_.front();
-    set.commands = &set.work.own_frames;  // no camera is present: nothing is found
-    if (start(set, *set.commands->always) != RunStatus::Ok || wait(set) != RunStatus::Ok)
-      throw Error(last_error_);
-    set.work.record_large(*set.commands);  // sized by the counters that have just been written
-    if (start(set, *set.commands->large) != RunStatus::Ok || wait(set) != RunStatus::Ok)
-      throw Error(last_error_);
+    for (const vk::raii::CommandBuffer* commands :
+         {&set.work.own_frames.always, &set.work.own_frames.many_tiles}) {
+      if (start(set, {{**commands}}) != RunStatus::Ok || wait(set) != RunStatus::Ok)  // of no camera
+        throw Error(last_error_);
+    }
   }
 
   bool fits(std::uint32_t camera, const ImageView& image) const noexcept {
@@ -295,16 +308,9 @@ class VulkanDetector final : public Detector {
     }
     if (path_ != FramePath::Upload) return true;
     try {
-      const vk::raii::CommandBuffer& commands = set.work.upload_commands[camera];
-      commands.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
-      commands.copyBuffer(adopted ? *adopted_->buffer : *set.work.staging.buffer, *set.work.frames.buffer,
-                          vk::BufferCopy(adopted ? offset_in_adopted(image) : offset, offset, bytes));
-      // This frame -> candidate tiles and everything later
-      commands.pipelineBarrier(
-          vk::PipelineStageFlagBits::eTransfer, vk::PipelineStageFlagBits::eComputeShader, {},
-          vk::MemoryBarrier(vk::AccessFlagBits::eTransferWrite, vk::AccessFlagBits::eShaderRead), {}, {});
-      commands.end();
-      const vk::CommandBuffer raw = *commands;
+      const vk::CommandBuffer raw =
+          set.work.record_upload(camera, adopted ? *adopted_->buffer : *set.work.staging.buffer,
+                                 vk::BufferCopy(adopted ? offset_in_adopted(image) : offset, offset, bytes));
       gpu_.queue.submit(vk::SubmitInfo({}, {}, raw));
       return true;
     } catch (const std::exception& e) {
@@ -313,10 +319,12 @@ class VulkanDetector final : public Detector {
     }
   }
 
-  RunStatus start(Set& set, vk::CommandBuffer commands) noexcept {
+  RunStatus start(Set& set, std::span<const vk::CommandBuffer> commands) noexcept {
     try {
       gpu_.device.resetFences(*set.work.done);
-      gpu_.queue.submit(vk::SubmitInfo({}, {}, commands), *set.work.done);
+      gpu_.queue.submit(
+          vk::SubmitInfo(0, nullptr, nullptr, static_cast<std::uint32_t>(commands.size()), commands.data()),
+          *set.work.done);
       return RunStatus::Ok;
     } catch (const std::exception& e) {
       return lost(e.what());
@@ -351,6 +359,7 @@ class VulkanDetector final : public Detector {
   Pipelines pipelines_;
   WorkLayout layout_;
   FramePath path_;
+  bool submit_together_;
   std::string name_, last_error_;
   LimitBuffers limits_;
   std::optional<VulkanDevice::Buffer> adopted_;
@@ -365,6 +374,7 @@ class VulkanDetector final : public Detector {
 std::unique_ptr<Detector> make_vulkan_detector(const DeviceInfo& device,
                                                std::span<const CameraFormat> cameras,
                                                const DetectorOptions& options, const VulkanTestHooks& hooks) {
+  check_formats(cameras);
   try {
     return std::make_unique<VulkanDetector>(device, cameras, options, hooks);
   } catch (const vk::SystemError& e) {

@@ -14,12 +14,12 @@ namespace glint::gpu {
 
 /// Sizes and offsets of all cameras in the shared buffers.
 struct WorkLayout {
-  WorkLayout(std::span<const CameraFormat> cameras, std::uint32_t largest_buffer_bytes);
+  WorkLayout(std::span<const CameraFormat> cameras, const vk::PhysicalDeviceLimits& limits);
 
   std::vector<shaders::CameraParams> params;  ///< what does not change from set to set is filled in
   std::vector<vk::DeviceSize> frame_offset;   ///< bytes, in the detector's own frame buffer
-  vk::DeviceSize frame_bytes = 0, limit_bytes = 0;
-  std::uint32_t tiles = 0, slots = 0, most_tiles_x = 0, most_tiles_y = 0;
+  vk::DeviceSize frame_bytes = 0;
+  std::uint32_t tiles = 0, components = 0, most_tiles_x = 0, most_tiles_y = 0;
 
   std::uint32_t stride_bytes(std::size_t camera) const {
     return params[camera].tiles_x * shaders::kTileWidth;
@@ -43,14 +43,9 @@ class FrameSetWork {
   /// Records a second set of commands that reads frames from adopted memory. Throws vk::SystemError.
   void use_adopted_frames(const vk::raii::BufferView& frames);
 
-  /// Dispatches in the order of their time stamps; the last four belong to `large`.
-  static constexpr std::array<const char*, 6> kStages{"candidate tiles", "blobs",     "tile components",
-                                                      "join tiles",      "sum roots", "emit blobs"};
-  /// Seconds of the dispatches that ran, after the set is done; empty where the device has no time stamps.
-  std::span<const double> stage_seconds(bool large_ran);
-
-  /// Some camera had more candidate tiles than the fused step takes: record and run the `large` commands.
-  bool needs_large() const noexcept { return largest_tiles() > pipelines_.fused_tiles; }
+  /// What the device spent on the set, after it is done: moving frames (if they are moved by the device),
+  /// then dispatch by dispatch. Empty where the device has no time stamps.
+  std::span<const StageTime> stages(bool many_tiles_ran);
 
   std::span<shaders::CameraParams> params() const;
   /// The counters of a camera after the commands are done.
@@ -59,23 +54,28 @@ class FrameSetWork {
 
   VulkanDevice::Buffer frames;   ///< the set's own frames (texels)
   VulkanDevice::Buffer staging;  ///< upload only: host side of `frames`
-  /// What runs for every set, and what runs after it when needs_large(): that is recorded for the number of
-  /// tiles.
+  /// What runs for every set, and what runs after it for cameras with many candidate tiles; without such
+  /// cameras that costs little on a GPU, and some 20 us a dispatch on a CPU driver.
   struct Commands {
-    vk::raii::CommandBuffer always{nullptr}, large{nullptr};
-    vk::DescriptorSet set;
+    vk::raii::CommandBuffer always{nullptr}, many_tiles{nullptr};
   };
   Commands own_frames, adopted_frames;
-  void record_large(const Commands& commands) const;
-  std::vector<vk::raii::CommandBuffer> upload_commands;  ///< one per camera
+  /// After `always`: some camera needs `many_tiles`.
+  bool needs_many_tiles() const noexcept;
+  /// Upload only: commands that copy one camera's frame into `frames`. Throws vk::SystemError.
+  vk::CommandBuffer record_upload(std::uint32_t camera, vk::Buffer from, vk::BufferCopy copy) const;
   vk::raii::Fence done;
 
  private:
   vk::raii::DescriptorSet make_set(const vk::raii::BufferView& frames_view);
-  Commands record(const vk::raii::DescriptorSet& set) const;
+  Commands record(vk::DescriptorSet set) const;
   void begin(const vk::raii::CommandBuffer& commands, vk::DescriptorSet set) const;
-  std::uint32_t largest_tiles() const noexcept;
+  void run(const vk::raii::CommandBuffer& commands, std::uint32_t step, std::size_t size_at) const;
+  void end(const vk::raii::CommandBuffer& commands, int barrier_number) const;
   void stamp(const vk::raii::CommandBuffer& commands, std::uint32_t query) const;
+  /// Seconds from one stamp to the next.
+  double seconds(const std::uint64_t* stamps) const noexcept;
+  bool read_stamps(std::uint32_t first, std::span<std::uint64_t> stamps) const noexcept;
   void barrier(const vk::raii::CommandBuffer& commands, int number, vk::PipelineStageFlags from,
                vk::AccessFlags written, vk::PipelineStageFlags to, vk::AccessFlags used) const;
 
@@ -85,13 +85,15 @@ class FrameSetWork {
   BlobPushConstants options_;
   std::uint32_t cameras_, most_tiles_x_, most_tiles_y_;
   int omitted_barrier_;
-  VulkanDevice::Buffer params_, counters_, tile_list_, tile_map_, parents_, links_, sums_, roots_, blobs_,
-      header_, large_header_;
-  std::optional<vk::raii::BufferView> own_view_;
+  VulkanDevice::Buffer params_, counters_, cleared_counters_, tile_list_, links_, sums_, parents_, heads_,
+      chain_, divided_, pairs_, roots_, blobs_;
+  VulkanDevice::Buffer header_;  // the counters, for the host
+  std::optional<vk::raii::BufferView> own_view_, links_view_, sums_view_;
   vk::raii::DescriptorPool pool_;
   vk::raii::DescriptorSet own_set_{nullptr}, adopted_set_{nullptr};
   vk::raii::QueryPool queries_;
-  std::array<double, kStages.size()> stage_seconds_{};
+  std::vector<vk::raii::CommandBuffer> upload_commands_;  // one per camera
+  std::vector<StageTime> stages_;
 };
 
 }  // namespace glint::gpu

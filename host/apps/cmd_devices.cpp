@@ -6,9 +6,21 @@
 
 #include "gpu/detector.hpp"
 #include "host/apps/commands.hpp"
+#include "host/apps/device_list.hpp"
 
 namespace glint::apps {
 namespace {
+
+nlohmann::ordered_json heaps_json(const std::vector<gpu::MemoryHeap>& heaps) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const gpu::MemoryHeap& heap : heaps) {
+    all.push_back({{"size_bytes", heap.size_bytes},
+                   {"device_local", heap.device_local},
+                   {"multi_instance", heap.multi_instance},
+                   {"host_visible", heap.host_visible}});
+  }
+  return all;
+}
 
 void print_json(const std::vector<gpu::DeviceInfo>& devices, const std::string& problem) {
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
@@ -24,19 +36,30 @@ void print_json(const std::vector<gpu::DeviceInfo>& devices, const std::string& 
                    {"device_id", d.device_id},
                    {"driver_name", d.driver_name},
                    {"driver_info", d.driver_info},
+                   {"driver_id", d.driver_id},
+                   {"driver_id_name", d.driver_id_name},
+                   {"driver_version", d.driver_version},
+                   {"driver_uuid", d.driver_uuid},
+                   {"conformance_version", d.conformance_version},
+                   {"pci_bus", d.pci_bus},
                    {"vulkan", std::to_string(d.api_major) + "." + std::to_string(d.api_minor) + "." +
                                   std::to_string(d.api_patch)},
                    {"subgroup_size", d.subgroup_size},
                    {"max_workgroup_invocations", d.max_workgroup_invocations},
                    {"max_texel_buffer_elements", d.max_texel_buffer_elements},
                    {"device_memory_bytes", d.device_memory_bytes},
+                   {"heaps", heaps_json(d.heaps)},
                    {"timestamp_period_ns", d.timestamp_period_ns},
                    {"imports_host_memory", d.imports_host_memory}});
   }
   std::printf("%s\n", nlohmann::ordered_json({{"devices", all}, {"problem", problem}}).dump(2).c_str());
 }
 
-void print_text(const std::vector<gpu::DeviceInfo>& devices, const std::string& problem) {
+}  // namespace
+
+void print_device_list() {
+  std::string problem;
+  const std::vector<gpu::DeviceInfo> devices = gpu::list_devices(&problem);
   for (const gpu::DeviceInfo& d : devices) {
     std::printf("%u    %s\n", d.index, d.name.c_str());
     std::printf("     %s%s, driver %s %s, Vulkan %u.%u.%u\n", d.type.c_str(), d.software ? " (no GPU)" : "",
@@ -54,20 +77,18 @@ void print_text(const std::vector<gpu::DeviceInfo>& devices, const std::string& 
   std::printf("cpu  the processor itself, without Vulkan\n");
 }
 
-}  // namespace
-
 void add_devices(CLI::App& app) {
   CLI::App* command = app.add_subcommand("devices", "List what can run the detector (--device)");
   const auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "as JSON");
   command->callback([json] {
+    if (!*json) {
+      print_device_list();
+      return;
+    }
     std::string problem;
     const std::vector<gpu::DeviceInfo> devices = gpu::list_devices(&problem);
-    if (*json) {
-      print_json(devices, problem);
-    } else {
-      print_text(devices, problem);
-    }
+    print_json(devices, problem);
   });
 }
 

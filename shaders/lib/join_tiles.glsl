@@ -1,40 +1,54 @@
 // SPDX-License-Identifier: MIT
-// Step 2: unite the components of a tile with those that they touch in the tiles right and below.
-
-// Direction 0: right, 1: below left, 2: below, 3: below right. Border pixels of a component towards that side.
-uint border_towards(uint direction, uvec4 link) {
-  uint right = link.y >> 16, bottom = link.x >> 16;
-  return direction == 0u ? right : direction == 1u ? bottom & 1u : direction == 2u ? bottom : bottom >> 15;
-}
-
-// Border pixels of the other component that face back, in the same numbering.
-uint border_back(uint direction, uvec4 link) {
-  uint left = link.y & 0xffffu, top = link.x & 0xffffu;
-  return direction == 0u ? left : direction == 1u ? top >> 15 : direction == 2u ? top : top & 1u;
-}
+// Step 3: a tile's component gets one that it touches, earlier in reading order, as its parent. Where it touches several
+// that nothing else joins, or where a tile has several components, the pair of tiles is listed for step 4.
 
 void join_tile(uint camera, uint i) {
-  uint tile_base = cameras[camera].tile_base;
-  uint slot_base = cameras[camera].slot_base;
-  int tiles_x = int(cameras[camera].tiles_x), tiles_y = int(cameras[camera].tiles_y);
-  uint mine = i + 1u;
-  while (mine != 0u) {
-    uint slot = slot_base + mine - 1u;
-    uvec4 link = links[slot];
-    for (uint direction = 0u; direction < 4u; direction++) {
-      uint border = border_towards(direction, link);
-      int x = int(link.w & 0xffffu) + (direction == 0u ? 1 : int(direction) - 2);
-      int y = int(link.w >> 16) + (direction == 0u ? 0 : 1);
-      uint spread = border | (border << 1) | (border >> 1);  // diagonal neighbours touch too
-      uint other = 0u;
-      if (border != 0u && x >= 0 && x < tiles_x && y < tiles_y) other = tile_map[tile_base + uint(y * tiles_x + x)];
-      while (other != 0u) {
-        uint other_slot = slot_base + other - 1u;
-        uvec4 other_link = links[other_slot];
-        if ((spread & border_back(direction, other_link)) != 0u) unite(slot, other_slot, camera);
-        other = other_link.z;
-      }
-    }
-    mine = link.z;
+  uint tile_base = cameras[camera].tile_base, base = cameras[camera].component_base;
+  uint entry = tile_list[tile_base + i];
+  uint x = entry & 0xffffu, y = entry >> 16;
+  uint tiles_x = cameras[camera].tiles_x, stamp = cameras[camera].stamp;
+  uint tile = x + y * tiles_x;
+  uint at = base + tile;
+  // Outside of the image another tile is loaded instead, and not used.
+  uint above = at - (y > 0u ? tiles_x : 0u), to_left = x > 0u ? 1u : 0u, to_right = x + 1u < tiles_x ? 1u : 0u;
+  uvec4 self = imageLoad(links, int(at));
+  uvec4 l = imageLoad(links, int(at - to_left));
+  uvec4 a = imageLoad(links, int(above));
+  uvec4 al = imageLoad(links, int(above - to_left));
+  uvec4 ar = imageLoad(links, int(above + to_right));
+  bool lit = self.w == stamp;
+  bool has_l = lit && x > 0u && l.w == stamp;
+  bool has_a = lit && y > 0u && a.w == stamp;
+  bool has_al = lit && x > 0u && y > 0u && al.w == stamp;
+  bool has_ar = lit && y > 0u && to_right != 0u && ar.w == stamp;
+
+  bool divided_self = is_divided(self);
+  bool l_divided = has_l && (divided_self || is_divided(l));
+  bool a_divided = has_a && (divided_self || is_divided(a));
+  bool al_divided = has_al && (divided_self || is_divided(al));
+  bool ar_divided = has_ar && (divided_self || is_divided(ar));
+  bool l_joins = has_l && !l_divided && touches_left(self, l);
+  bool a_joins = has_a && !a_divided && touches_above(self, a);
+  bool al_joins = has_al && !al_divided && touches_above_left(self, al);
+  bool ar_joins = has_ar && !ar_divided && touches_above_right(self, ar);
+  uint parent = al_joins ? al.z : a_joins ? a.z : ar_joins ? ar.z : l_joins ? l.z : i;
+  parents[base + i] = lit && !divided_self ? parent : kNoComponent;
+
+  // A neighbour that touches one that is joined already was joined to that one when its own turn came.
+  bool a_known = !al_joins || touches_left(a, al);
+  bool ar_known = !(al_joins || a_joins) || (a_joins && touches_left(ar, a));
+  bool l_known = !(al_joins || a_joins || ar_joins) || (al_joins && touches_above(l, al)) ||
+                 (a_joins && touches_above_right(l, a));
+  uint listed = (al_divided ? 1u << kAboveLeft : 0u) | (a_divided || (a_joins && !a_known) ? 1u << kAbove : 0u) |
+                (ar_divided || (ar_joins && !ar_known) ? 1u << kAboveRight : 0u) |
+                (l_divided || (l_joins && !l_known) ? 1u << kLeft : 0u);
+  while (listed != 0u) {
+    uint direction = uint(findLSB(listed));
+    listed &= listed - 1u;
+    uint place = atomicAdd(counters[camera].pairs, 1u);
+    pairs[4u * tile_base + place] = tile | (direction << 30);
+#if GLINT_STEP == 3
+    atomicMax(sizes.pairs.x, place / kSplitGroup + 1u);
+#endif
   }
 }

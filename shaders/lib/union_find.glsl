@@ -1,55 +1,40 @@
 // SPDX-License-Identifier: MIT
-// Lock-free union-find over slots: a parent's number is never larger than its child's, the root is its own parent.
+// Lock-free union-find over the components of a camera; a root is its own parent. Unions make the root with the smaller
+// number the parent.
 
-// A CPU driver ends an invocation's loops silently after 65 535 turns: stop well before and say so.
-const uint kLongestChain = 16384u;
-
-#if GLINT_STEP == 0 || GLINT_STEP == 2
-// Halves the path on the way. A plain store will do: it may undo somebody's link of `slot`, who then sees that `slot` was
+// Halves the path on the way. A plain store will do: it may undo somebody's link of `number`, who then sees that `number` was
 // no root and joins its old parent instead.
-uint find_root(uint slot, uint camera) {
-  uint turns = 0u;
-  uint parent = parents[slot];
-  while (parent != slot && turns < kLongestChain) {
-    uint grandparent = parents[parent];
-    if (grandparent != parent) parents_out[slot] = grandparent;
-    slot = parent;
+uint find_root(uint number, uint camera) {
+  uint base = cameras[camera].component_base;
+  uint parent = parents[base + number];
+  bool more = parent != number;
+  while (more) {
+    uint grandparent = parents[base + parent];
+    if (grandparent != parent) parents_out[base + number] = grandparent;
+    number = parent;
     parent = grandparent;
-    turns++;
+    more = parent != number && spend_turn();
   }
-  if (turns >= kLongestChain) atomicOr(counters[camera].flags, kCounterChainTooLong);
-  return slot;
+  if (!has_turns()) atomicOr(counters[camera].flags, kCounterChainTooLong);
+  return number;
 }
 
+#if GLINT_STEP == 0 || GLINT_STEP == 4
 void unite(uint a, uint b, uint camera) {
-  uint turns = 0u;
-  bool done;
+  uint base = cameras[camera].component_base;
+  bool more;
   do {
     a = find_root(a, camera);
     b = find_root(b, camera);
     uint low = min(a, b), high = max(a, b);
-    done = low == high;
-    if (!done) {
+    more = low != high;
+    if (more) {
       // If `high` was no root any more, what it was joined to meanwhile has to be joined too.
-      uint before = atomicMin(parents[high], low);
-      done = before == high;
+      uint before = atomicMin(parents[base + high], low);
+      more = before != high && spend_turn();
       a = low;
       b = before;
     }
-    turns++;
-  } while (!done && turns < kLongestChain);
-  if (!done) atomicOr(counters[camera].flags, kCounterChainTooLong);
-}
-#else
-uint find_root(uint slot, uint camera) {
-  uint turns = 0u;
-  uint parent = parents[slot];
-  while (parent != slot && turns < kLongestChain) {
-    slot = parent;
-    parent = parents[slot];
-    turns++;
-  }
-  if (turns >= kLongestChain) atomicOr(counters[camera].flags, kCounterChainTooLong);
-  return slot;
+  } while (more);
 }
 #endif

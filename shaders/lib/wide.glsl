@@ -18,6 +18,12 @@ uvec2 wide_multiply(uvec2 a, int b) {
   return b < 0 ? wide_negate(product) : product;
 }
 
+uvec2 wide_multiply(uint a, int b) {
+  uint high, low;
+  umulExtended(a, uint(abs(b)), high, low);
+  return b < 0 ? wide_negate(uvec2(low, high)) : uvec2(low, high);
+}
+
 float wide_to_float(uvec2 a) {
   bool negative = (a.y & 0x80000000u) != 0u;
   uvec2 m = negative ? wide_negate(a) : a;

@@ -12,6 +12,12 @@ std::unique_ptr<Detector> DetectorCase::make(std::span<const CameraFormat> camer
                                              DetectorOptions options) const {
   options.threads = threads;
   options.frame_path = frame_path;
+  if (forced()) {
+    for (const DeviceInfo& found : list_devices()) {
+      if (found.uuid == device) return make_vulkan_detector(found, cameras, options, hooks);
+    }
+    throw Error("the device is gone: " + device);
+  }
   if (on_gpu()) return make_detector(device, cameras, options);
   return make_cpu_detector(cameras, options, row_kernels()[kernels]);
 }
@@ -22,9 +28,14 @@ std::vector<DetectorCase> detector_cases() {
   std::vector<DetectorCase> cases;
   for (std::size_t k = 0; k < row_kernels().size(); ++k) {
     for (const unsigned threads : {1u, 2u, 5u}) {
-      cases.push_back({"cpu_" + std::string(row_kernels()[k].name) + "_" + std::to_string(threads), "", k,
-                       threads, FramePath::Auto, threads == 2,
-                       threads == 2 ? Layout::Aligned : Layout::Unaligned});
+      cases.push_back({"cpu_" + std::string(row_kernels()[k].name) + "_" + std::to_string(threads),
+                       "",
+                       k,
+                       threads,
+                       FramePath::Auto,
+                       threads == 2,
+                       threads == 2 ? Layout::Aligned : Layout::Unaligned,
+                       {}});
     }
   }
   struct Path {
@@ -42,9 +53,24 @@ std::vector<DetectorCase> detector_cases() {
                              Path{"copy", FramePath::Copy, true, Layout::Aligned},
                              Path{"upload", FramePath::Upload, false, Layout::Unaligned}}) {
       if (path.path == FramePath::Import && !device.imports_host_memory) continue;
-      cases.push_back({"vulkan" + std::to_string(device.index) + "_" + path.name, device.uuid, 0, 1,
-                       path.path, path.adopt, path.layout});
+      cases.push_back({"vulkan" + std::to_string(device.index) + "_" + path.name,
+                       device.uuid,
+                       0,
+                       1,
+                       path.path,
+                       path.adopt,
+                       path.layout,
+                       {}});
     }
+    // The ways to find blobs that the content or the device would choose otherwise.
+    const auto force = [&](const char* way, const VulkanTestHooks& hooks) {
+      cases.push_back({"vulkan" + std::to_string(device.index) + way, device.uuid, 0, 1, FramePath::Auto,
+                       true, Layout::Aligned, hooks});
+    };
+    force("_all_split", {-1, 0, {}});
+    force("_submitted_together", {-1, {}, true});
+    force("_all_split_submitted_together", {-1, 0, true});
+    force("_submitted_as_needed", {-1, {}, false});
   }
   return cases;
 }
@@ -53,7 +79,7 @@ std::vector<DetectorCase> one_case_per_device() {
   std::vector<DetectorCase> cases;
   for (const DetectorCase& detector : detector_cases()) {
     const bool first_way = detector.on_gpu() ? detector.frame_path == FramePath::Auto && detector.adopt &&
-                                                   detector.layout == Layout::Aligned
+                                                   detector.layout == Layout::Aligned && !detector.forced()
                                              : detector.kernels == 0;
     if (first_way) cases.push_back(detector);
   }

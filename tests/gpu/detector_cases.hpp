@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "gpu/detector.hpp"
+#include "gpu/vulkan/detector_vulkan.hpp"
 #include "tests/gpu/test_images.hpp"
 
 namespace glint::gpu::testing {
@@ -23,8 +24,10 @@ struct DetectorCase {
   FramePath frame_path = FramePath::Auto;
   bool adopt = false;  // offer the frames' memory
   Layout layout = Layout::Aligned;
+  VulkanTestHooks hooks;
 
   bool on_gpu() const noexcept { return !device.empty(); }
+  bool forced() const noexcept { return hooks.fused_tiles || hooks.submit_together; }
   std::unique_ptr<Detector> make(std::span<const CameraFormat> cameras, DetectorOptions options) const;
 };
 

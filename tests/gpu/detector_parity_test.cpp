@@ -48,6 +48,14 @@ TEST_P(DetectorParity, NoiseOfAnyDensity) {
   expect_equal_to_reference(GetParam(), images, roomy());
 }
 
+TEST_P(DetectorParity, NoiseInAllTilesOfTheFusedStep) {
+  std::vector<TestImage> images;  // 2000 tiles: no more go through the fused step on a CPU driver
+  for (const double density : {0.05, 0.12, 0.18, 0.25, 0.30, 0.40, 0.50}) {
+    images.push_back(noise_image(640, 400, density, 71 + static_cast<std::uint32_t>(100 * density)));
+  }
+  expect_equal_to_reference(GetParam(), images, roomy());
+}
+
 TEST_P(DetectorParity, NoiseInImagesOfAllSizesAtOnce) {
   constexpr std::uint32_t kSizes[][2] = {{1, 1},   {1, 7},    {7, 1},   {15, 9},  {16, 8},  {17, 9},
                                          {31, 33}, {64, 48},  {63, 49}, {65, 47}, {255, 3}, {256, 2},

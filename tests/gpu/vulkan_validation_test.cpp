@@ -67,8 +67,8 @@ TEST_P(MissingBarrier, IsReported) {
   Messages messages;
   const std::vector<TestImage> images{noise_image(641, 479, 0.5, 4)};
   FrameMemory memory(images, Layout::Aligned);
-  const auto detector =
-      make_vulkan_detector(*usable, formats_of(images), listening(messages), VulkanTestHooks{GetParam()});
+  const auto detector = make_vulkan_detector(*usable, formats_of(images), listening(messages),
+                                             VulkanTestHooks{GetParam(), {}, {}});
   set_limits(*detector, images);
   (void)detect(*detector, memory.views());
   EXPECT_TRUE(std::any_of(messages.begin(), messages.end(),

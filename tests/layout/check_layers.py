@@ -22,6 +22,7 @@ TABLE = {
     "host/track": ["host/geometry", "host/match"],
     "host/output": ["host/geometry", "host/track", "host/match", "shaders/interface"],
     "host/config": ["gpu", "host/match", "host/track", "host/geometry"],
+    "host/bench": ["gpu"],
     "host/pipeline": ["gpu", "host/frames", "host/geometry", "host/capture", "host/match", "host/track"],
 }
 for _module, _row in TABLE.items():

@@ -34,10 +34,11 @@ std::string text_of(const std::filesystem::path& path) {
   dup2(to_out, STDOUT_FILENO);
   dup2(to_err, STDERR_FILENO);
   for (const std::string& variable : options.environment) putenv(strdup(variable.c_str()));
-  std::vector<char*> argv{strdup(GLINT_PROGRAM)};
+  const char* const program = options.program.empty() ? GLINT_PROGRAM : options.program.c_str();
+  std::vector<char*> argv{strdup(program)};
   for (const std::string& argument : arguments) argv.push_back(strdup(argument.c_str()));
   argv.push_back(nullptr);
-  execv(GLINT_PROGRAM, argv.data());
+  execv(program, argv.data());
   _exit(127);
 }
 

@@ -16,6 +16,7 @@ struct Outcome {
 struct RunOptions {
   std::vector<std::string> environment;  ///< NAME=VALUE, added to this process's
   double interrupt_after_s = 0.0;        ///< send SIGINT then; 0: never
+  std::string program{};                 ///< another build of glint; else the usual one
   std::string standard_output;           ///< a file that takes it, such as /dev/full; else it is captured
 };
 
