@@ -7,10 +7,13 @@
 #include <vector>
 
 #include "benchmarks/contender.hpp"
-#include "benchmarks/scene.hpp"
 #include "gpu/detector.hpp"
+#include "host/bench/scene.hpp"
 
 namespace glint::benchmarks {
+
+using bench::Scene;
+using bench::SceneOptions;
 
 struct NamedDetector {
   std::string name;

@@ -5,9 +5,12 @@
 #include <vector>
 
 #include "benchmarks/contender.hpp"
-#include "benchmarks/scene.hpp"
+#include "host/bench/scene.hpp"
 
 namespace glint::benchmarks {
+
+using bench::Scene;
+using bench::SceneOptions;
 
 /// Each on one thread, and with its cameras shared out to two. The scene must outlive them.
 std::vector<Contender> opencv_contenders(const Scene& scene);

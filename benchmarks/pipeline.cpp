@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/frame_loop.hpp"
 #include "gpu/background.hpp"
 #include "host/output/latency_histogram.hpp"
 #include "host/pipeline/frame_input.hpp"
 #include "host/pipeline/learn_background.hpp"
 #include "host/pipeline/track_pipeline.hpp"
+#include "host/sim/frame_loop.hpp"
 #include "host/sim/rig.hpp"
 #include "host/sim/sim_source.hpp"
 

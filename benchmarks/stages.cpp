@@ -2,17 +2,22 @@
 // The steps one by one, under Google Benchmark.
 #include <benchmark/benchmark.h>
 
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
-#include "benchmarks/scene.hpp"
 #include "gpu/background.hpp"
 #include "gpu/cpu/detector_cpu.hpp"
 #include "gpu/detector.hpp"
 #include "gpu/lens.hpp"
+#include "host/bench/scene.hpp"
 
 namespace glint::benchmarks {
 namespace {
+
+using bench::Scene;
+using bench::SceneOptions;
 
 Scene make_scene(benchmark::State& state) {
   SceneOptions options;
@@ -32,6 +37,7 @@ void detect(benchmark::State& state, const Scene& scene, gpu::Detector& detector
   for (unsigned tick = 0; tick < scene.options().ticks; ++tick) sets.push_back(scene.images(tick));
   gpu::BlobBatch batch;
   std::size_t tick = 0;
+  std::map<std::string, double> stage_s;
   for (auto _ : state) {
     if (detector.submit(sets[tick++ % sets.size()]) != gpu::RunStatus::Ok ||
         detector.collect(batch) != gpu::RunStatus::Ok) {
@@ -39,6 +45,10 @@ void detect(benchmark::State& state, const Scene& scene, gpu::Detector& detector
       break;
     }
     benchmark::DoNotOptimize(batch.cameras.data());
+    for (const gpu::StageTime& stage : batch.stages) stage_s[stage.name] += stage.seconds;
+  }
+  for (const auto& [name, seconds] : stage_s) {
+    state.counters[name + " us"] = benchmark::Counter(seconds * 1e6, benchmark::Counter::kAvgIterations);
   }
   state.SetLabel(detector.device_name());
 }
@@ -67,6 +77,14 @@ BENCHMARK(native)
                    benchmark::CreateDenseRange(0, static_cast<long>(gpu::row_kernels().size()) - 1, 1)})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+
+/// On a Vulkan device, with the time that it says it spent on each stage. Argument: blobs per camera.
+void vulkan(benchmark::State& state, const std::string& device) {
+  Scene scene = make_scene(state);
+  const auto detector = gpu::make_detector(device, scene.formats(), {});
+  (void)detector->adopt_frame_memory(scene.memory());
+  detect(state, scene, *detector);
+}
 
 void undistort(benchmark::State& state) {
   const gpu::Lens lens = scene_lens();
@@ -105,4 +123,18 @@ BENCHMARK(learn_background)->Arg(5)->Arg(30)->Unit(benchmark::kMillisecond);
 }  // namespace
 }  // namespace glint::benchmarks
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  for (const glint::gpu::DeviceInfo& device : glint::gpu::list_devices()) {
+    if (!device.usable) continue;
+    benchmark::RegisterBenchmark(("vulkan" + std::to_string(device.index)).c_str(), glint::benchmarks::vulkan,
+                                 device.uuid)
+        ->ArgsProduct({{0, 20, 200, 2000}})
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime();
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}

@@ -10,7 +10,7 @@
 #include "host/frames/source.hpp"
 #include "host/sim/scene.hpp"
 
-namespace glint::benchmarks {
+namespace glint {
 
 /// Ticks 0 to length - 1 and back again, so that markers never jump. A frame is copied into the pool as a
 /// decoder would write it there; that is all the work that a tick costs.
@@ -37,4 +37,4 @@ class FrameLoop final : public FrameSource {
   std::string problem_;
 };
 
-}  // namespace glint::benchmarks
+}  // namespace glint

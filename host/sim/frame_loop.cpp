@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Rendered once, copied every tick.
-#include "benchmarks/frame_loop.hpp"
+#include "host/sim/frame_loop.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -8,7 +8,7 @@
 #include "host/sim/renderer.hpp"
 #include "host/sim/rig.hpp"
 
-namespace glint::benchmarks {
+namespace glint {
 
 FrameLoop::FrameLoop(const Scene& scene, std::uint64_t length, std::uint64_t ticks, bool live)
     : rate_hz_(scene.options().rate_hz), length_(length), ticks_(ticks), live_(live) {
@@ -56,4 +56,4 @@ ReadStatus FrameLoop::read(FramePool& pool, FrameSet& set) noexcept {
   return ReadStatus::Ok;
 }
 
-}  // namespace glint::benchmarks
+}  // namespace glint
