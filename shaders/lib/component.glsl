@@ -3,7 +3,7 @@
 // has number i; where a tile has several, they have numbers from `tiles of the camera` on, and i is left out.
 //
 // links[link_base + tile], tile = x + y * tiles_x, and links[link_base + number] for those of divided tiles:
-//   top row | bottom row << 16
+//   top row | bottom row << 16, of a divided tile those of all its components
 //   left column | right column << 8 | kDivided if the tile has several components
 //   the component's number; in a divided tile the number of its first one, and there that of the next one (0: none)
 //   stamp of the frame set: a tile with another stamp is dark

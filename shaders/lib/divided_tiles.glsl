@@ -30,7 +30,8 @@ void divide_tile(uint camera, uint n) {
 
   uvec4 rest = imageLoad(sums, int(2u * (base + i)));
   uint number = new_number(camera);
-  imageStore(links, int(base + tile_index), uvec4(0u, kDivided, number, number != 0u ? cameras[camera].stamp : 0u));
+  uvec4 link = make_link(rest, number, number != 0u ? cameras[camera].stamp : 0u);  // the borders of all components
+  imageStore(links, int(base + tile_index), uvec4(link.x, link.y | kDivided, link.zw));
   while (number != 0u) {
     uvec4 component = first_component(rest);
     rest &= ~component;

@@ -23,14 +23,18 @@ void join_tile(uint camera, uint i) {
   bool has_ar = lit && y > 0u && to_right != 0u && ar.w == stamp;
 
   bool divided_self = is_divided(self);
-  bool l_divided = has_l && (divided_self || is_divided(l));
-  bool a_divided = has_a && (divided_self || is_divided(a));
-  bool al_divided = has_al && (divided_self || is_divided(al));
-  bool ar_divided = has_ar && (divided_self || is_divided(ar));
-  bool l_joins = has_l && !l_divided && touches_left(self, l);
-  bool a_joins = has_a && !a_divided && touches_above(self, a);
-  bool al_joins = has_al && !al_divided && touches_above_left(self, al);
-  bool ar_joins = has_ar && !ar_divided && touches_above_right(self, ar);
+  bool l_touches = has_l && touches_left(self, l);
+  bool a_touches = has_a && touches_above(self, a);
+  bool al_touches = has_al && touches_above_left(self, al);
+  bool ar_touches = has_ar && touches_above_right(self, ar);
+  bool l_divided = l_touches && (divided_self || is_divided(l));
+  bool a_divided = a_touches && (divided_self || is_divided(a));
+  bool al_divided = al_touches && (divided_self || is_divided(al));
+  bool ar_divided = ar_touches && (divided_self || is_divided(ar));
+  bool l_joins = l_touches && !l_divided;
+  bool a_joins = a_touches && !a_divided;
+  bool al_joins = al_touches && !al_divided;
+  bool ar_joins = ar_touches && !ar_divided;
   uint parent = al_joins ? al.z : a_joins ? a.z : ar_joins ? ar.z : l_joins ? l.z : i;
   parents[base + i] = lit && !divided_self ? parent : kNoComponent;
 
