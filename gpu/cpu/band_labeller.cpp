@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Row by row: find runs, sum them, join them to the runs above, give out blobs that ended.
+// Finds many runs, sums them, joins them to the runs above, gives out blobs that ended; and so on downwards.
 #include "gpu/cpu/band_labeller.hpp"
 
 #include <algorithm>
@@ -9,157 +9,149 @@ namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
 
-void add_run(BlobMoments& m, std::uint32_t x_begin, std::uint32_t x_end, const RunSums& s,
-             std::uint32_t y) noexcept {
-  const std::uint64_t x0 = x_begin, w = s.w, y64 = y;
-  const std::uint64_t wx = s.wi + x0 * w;
-  m.area += x_end - x_begin;
-  m.peak = std::max(m.peak, s.peak);
-  m.x_min = std::min(m.x_min, x_begin);
-  m.x_max = std::max(m.x_max, x_end - 1);
-  m.y_max = y;
-  m.sum += s.sum;
-  m.w += w;
-  m.wx += wx;
-  m.wy += y64 * w;
-  m.wxx += s.wii + 2 * x0 * s.wi + x0 * x0 * w;
-  m.wxy += y64 * wx;
-  m.wyy += y64 * y64 * w;
-}
-
 }  // namespace
 
-LimitImage::LimitImage(std::uint32_t width_px, std::uint32_t height_px)
-    : width_px_(width_px),
-      height_px_(height_px),
-      lines_per_row_((std::size_t{width_px} + kLimitPadding + sizeof(CacheLine) - 1) / sizeof(CacheLine)),
-      coarse_stride_((std::size_t{width_px} + kCoarsePixels - 1) / kCoarsePixels),
-      lines_(lines_per_row_ * height_px),
-      coarse_(coarse_stride_ * height_px, std::uint8_t{255}) {
-  for (CacheLine& line : lines_) std::fill(std::begin(line.bytes), std::end(line.bytes), std::uint8_t{255});
-}
-
-void LimitImage::set(std::span<const std::uint8_t> values) {
-  for (std::size_t y = 0; y < height_px_; ++y) {
-    const auto row = values.subspan(y * width_px_, width_px_);
-    for (std::size_t x = 0; x < width_px_; ++x) {
-      lines_[y * lines_per_row_ + x / sizeof(CacheLine)].bytes[x % sizeof(CacheLine)] = row[x];
-    }
-    for (std::size_t c = 0; c < coarse_stride_; ++c) {
-      const std::size_t begin = c * kCoarsePixels;
-      const auto part = row.subspan(begin, std::min<std::size_t>(kCoarsePixels, width_px_ - begin));
-      coarse_[y * coarse_stride_ + c] = *std::min_element(part.begin(), part.end());
-    }
+Band::Band(std::uint32_t width_px, std::uint32_t first_row, std::uint32_t end_row, bool has_above,
+           bool has_below, std::uint32_t first_table_slot, std::size_t max_kept)
+    : y_begin(first_row),
+      y_end(end_row),
+      band_above(has_above),
+      band_below(has_below),
+      first_slot(first_table_slot),
+      finished(max_kept) {
+  const std::size_t most = (width_px + 1) / 2;
+  for (BorderRow* row : {&first, &last}) {
+    row->runs.reserve(most);
+    row->slots.reserve(most);
   }
 }
 
-BandLabeller::BandLabeller(std::uint32_t width_px, std::uint32_t y_begin, std::uint32_t y_end,
-                           bool band_above, bool band_below, std::uint32_t first_slot, std::size_t max_kept)
-    : width_px_(width_px),
-      y_begin_(y_begin),
-      y_end_(y_end),
-      first_slot_(first_slot),
-      band_above_(band_above),
-      band_below_(band_below),
-      row_(width_px),
-      other_row_(width_px),
-      first_row_memory_(band_above ? width_px : 0),
-      sums_((width_px + 1) / 2),
-      finished_(max_kept) {
-  free_.reserve(slots(width_px));
-  joined_.reserve(slots(width_px));
-}
-
-void BandLabeller::clear() noexcept {
-  used_slots_ = 0;
-  free_.clear();
-  joined_.clear();
-  above_ = {};
-  first_row_ = {};
-  last_row_ = {};
-  finished_.clear();
-}
-
-std::uint32_t BandLabeller::new_component(ComponentTable& table, std::uint32_t y, bool pinned) noexcept {
-  std::uint32_t slot;
-  if (free_.empty()) {
-    slot = first_slot_ + used_slots_++;
-  } else {
-    slot = free_.back();
-    free_.pop_back();
+void Band::clear() noexcept {
+  finished.clear();
+  for (BorderRow* row : {&first, &last}) {
+    row->runs.clear();
+    row->slots.clear();
   }
-  Component& component = table[slot];
-  component = Component{BlobMoments{}, slot, y, true, pinned};
-  component.moments.x_min = kNone;
-  component.moments.y_min = y;
+}
+
+BandLabeller::BandLabeller(std::uint32_t max_width_px)
+    : runs_(most_runs_found(max_width_px) + (max_width_px + 1) / 2 + 2),
+      moments_(runs_.size()),
+      slots_(runs_.size()),
+      // New ones, those of the row above, and those of the first row.
+      table_(most_runs_found(max_width_px) + 2 * ((max_width_px + 1) / 2)) {
+  live_.reserve(table_.slots());
+  free_.reserve(table_.slots());
+}
+
+std::uint32_t BandLabeller::new_slot() noexcept {
+  if (free_.empty()) return used_slots_++;
+  const std::uint32_t slot = free_.back();
+  free_.pop_back();
   return slot;
 }
 
-void BandLabeller::connect(std::uint32_t y, ComponentTable& table) noexcept {
-  for_touching_runs(above_, current_, [&](std::size_t upper, std::size_t lower) {
-    const std::uint32_t found = table.root(above_.component[upper]);
-    std::uint32_t& mine = current_.component[lower];
-    if (mine == kNone) {
-      mine = found;
-    } else if (const std::uint32_t own = table.root(mine); own != found) {
-      const auto [winner, loser] = table.join(own, found);
-      mine = winner;
-      if (!table[loser].pinned) joined_.push_back(loser);
+/// Joins the runs begin <= r < end to those above them, and adds them up.
+void BandLabeller::link(std::uint32_t begin, std::uint32_t end, std::uint32_t stride) noexcept {
+  const PixelRun* const runs = runs_.data();
+  const BlobMoments* const moments = moments_.data();
+  std::uint32_t* const slots = slots_.data();
+  // `above`: the first run that may touch run r, which it does when it would overlap or adjoin it one row
+  // further down. It needs no check against running past r, which does not touch itself.
+  const PixelRun* above = runs;
+  for (std::uint32_t r = begin; r < end; ++r) {
+    const PixelRun run = runs[r];
+    while (above->end + stride < run.begin) ++above;
+    if (above->begin + stride > run.end) {
+      const std::uint32_t slot = new_slot();
+      slots[r] = slot;
+      table_[slot] = {moments[r], slot, kNone};
+      live_.push_back(slot);
+      continue;
     }
-  });
-  const bool pinned = band_above_ && y == y_begin_;
-  for (std::size_t i = 0; i < current_.count; ++i) {
-    std::uint32_t& mine = current_.component[i];
-    mine = mine == kNone ? new_component(table, y, pinned) : table.root(mine);
-    Component& component = table[mine];
-    component.last_row = y;
-    add_run(component.moments, current_.x_begin(i), current_.x_end(i), sums_[i], y);
+    std::uint32_t slot = table_.root(slots[above - runs]);
+    for (; above[1].begin + stride <= run.end; ++above) {
+      const std::uint32_t other = table_.root(slots[above + 1 - runs]);
+      if (other != slot) slot = table_.join(slot, other);
+    }
+    slots[r] = slot;
+    BlobMoments& sums = table_[slot].moments;
+    sums.append(moments[r]);
+    sums.y_max = moments[r].y_max;
   }
 }
 
-/// Gives out the blobs of the row above that do not go on in row y, and frees slots.
-void BandLabeller::retire(std::uint32_t y, const AreaFilter& filter, ComponentTable& table) noexcept {
-  for (std::size_t i = 0; i < above_.count; ++i) {
-    const std::uint32_t slot = table.root(above_.component[i]);
-    Component& component = table[slot];
-    if (component.last_row == y || component.pinned || !component.live) continue;
-    filter.offer(component.moments, finished_);
-    component.live = false;
+/// Gives out the blobs that end above row y_reached, and frees all slots that no run below refers to.
+void BandLabeller::retire(std::uint32_t y_reached, bool top_is_open, const AreaFilter& filter,
+                          Band& band) noexcept {
+  std::size_t kept = 0;
+  for (const std::uint32_t slot : live_) {
+    const Component& component = table_[slot];
+    const bool root = component.parent == slot;
+    if (top_is_open && component.moments.y_min == band.y_begin) {
+      if (root) live_[kept++] = slot;
+      continue;  // the first row refers to it
+    }
+    if (root && component.moments.y_max >= y_reached) {
+      live_[kept++] = slot;
+      continue;
+    }
+    if (root) filter.offer(component.moments, band.finished);
     free_.push_back(slot);
   }
-  free_.insert(free_.end(), joined_.begin(), joined_.end());
-  joined_.clear();
+  live_.resize(kept);
 }
 
-void BandLabeller::run(const ImageView& image, const LimitImage& limit, const RowKernels& kernels,
-                       const AreaFilter& filter, ComponentTable& table) noexcept {
-  clear();
-  RowMemory *row = &row_, *other = &other_row_;
-  for (std::uint32_t y = y_begin_; y < y_end_; ++y) {
-    const std::uint8_t* pixels = image.pixels + std::size_t{y} * image.stride_bytes;
-    const std::uint8_t* limits = limit.row(y);
-    const std::uint8_t* limits_below = limit.row(std::min(y + 1, y_end_ - 1));
-    const std::uint32_t count =
-        kernels.scan(pixels, limits, limits_below, limit.coarse_row(y), width_px_, row->edges.data());
-    if (count == 0 && above_.count == 0) continue;
-    current_ = {row->edges.data(), row->component.data(), count};
-    std::fill_n(row->component.data(), count, kNone);
-    kernels.measure(pixels, limits, width_px_, row->edges.data(), count, sums_.data());
-    connect(y, table);
-    if (band_above_ && y == y_begin_) {
-      std::copy_n(row->edges.data(), 2 * count, first_row_memory_.edges.data());
-      std::copy_n(row->component.data(), count, first_row_memory_.component.data());
-      first_row_ = {first_row_memory_.edges.data(), first_row_memory_.component.data(), count};
+/// Moves the blobs of the first and last row to the camera's table.
+void BandLabeller::hand_over(Band& band, ComponentTable& open) noexcept {
+  std::uint32_t next = band.first_slot;
+  for (BorderRow* row : {&band.first, &band.last}) {
+    for (std::uint32_t& slot : row->slots) {
+      Component& component = table_[table_.root(slot)];
+      if (component.note == kNone) {
+        component.note = next;
+        open[next] = {component.moments, next, kNone};
+        ++next;
+      }
+      slot = component.note;
     }
-    retire(y, filter, table);
-    above_ = current_;
-    std::swap(row, other);
   }
-  if (band_below_) {
-    last_row_ = above_;
-  } else {
-    retire(y_end_, filter, table);
+}
+
+void BandLabeller::run(const Rows& rows, const RowKernels& kernels, const AreaFilter& filter, Band& band,
+                       ComponentTable& open) noexcept {
+  band.clear();
+  live_.clear();
+  free_.clear();
+  used_slots_ = 0;
+  const std::uint32_t stride = position_stride(rows.width);
+  std::uint32_t carried = 0;  // runs of the row above
+  for (std::uint32_t y = band.y_begin; y < band.y_end;) {
+    const auto [next, found] = kernels.find(rows, y, band.y_end, runs_.data() + carried);
+    const std::uint32_t end = carried + found;
+    kernels.measure(rows, runs_.data() + carried, found, moments_.data() + carried);
+    link(carried, end, stride);
+    if (band.band_above && y == band.y_begin) {
+      std::uint32_t count = 0;
+      while (count < end && runs_[count].begin < (y + 1) * stride) ++count;
+      band.first.runs.assign(runs_.begin(), runs_.begin() + count);
+      band.first.slots.assign(slots_.begin(), slots_.begin() + count);
+    }
+    std::uint32_t last = end;
+    while (last > 0 && runs_[last - 1].begin >= (next - 1) * stride) --last;
+    carried = end - last;
+    for (std::uint32_t r = 0; r < carried; ++r) {
+      runs_[r] = runs_[last + r];
+      slots_[r] = table_.root(slots_[last + r]);
+    }
+    y = next;
+    if (y == band.y_end && band.band_below) {
+      band.last.runs.assign(runs_.begin(), runs_.begin() + carried);
+      band.last.slots.assign(slots_.begin(), slots_.begin() + carried);
+    }
+    retire(y == band.y_end && !band.band_below ? kNone : y - 1, band.band_above, filter, band);
   }
+  hand_over(band, open);
 }
 
 }  // namespace glint::gpu

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "gpu/cpu/band_labeller.hpp"
+#include "gpu/cpu/lens_inverse.hpp"
+#include "gpu/cpu/limit_image.hpp"
 #include "gpu/cpu/set_up.hpp"
 #include "gpu/cpu/workers.hpp"
 
@@ -22,10 +24,23 @@ using Clock = std::chrono::steady_clock;
 /// How many bands of rows a camera is cut into: enough items that threads end at about the same time,
 /// not so many that joining them costs.
 std::uint32_t bands_of(std::uint32_t height_px, std::size_t cameras, unsigned threads) noexcept {
-  constexpr std::uint32_t kItemsPerThread = 4, kLeastRows = 48;
+  constexpr std::uint32_t kItemsPerThread = 8, kLeastRows = 48;
   if (threads == 1) return 1;
   const auto wanted = static_cast<std::uint32_t>((kItemsPerThread * threads + cameras - 1) / cameras);
   return std::max(1u, std::min(wanted, height_px / kLeastRows));
+}
+
+/// Calls touch(i, j) for every run i of `upper` that is 8-connected to run j of `lower`, the row below.
+template <typename Touch>
+void for_touching_runs(const BorderRow& upper, const BorderRow& lower, std::uint32_t stride,
+                       Touch touch) noexcept {
+  std::size_t first = 0;
+  for (std::size_t j = 0; j < lower.runs.size(); ++j) {
+    const PixelRun run = lower.runs[j];
+    while (first < upper.runs.size() && upper.runs[first].end + stride < run.begin) ++first;
+    for (std::size_t i = first; i < upper.runs.size() && upper.runs[i].begin + stride <= run.end; ++i)
+      touch(i, j);
+  }
 }
 
 /// One camera in one frame set: its bands and what came out.
@@ -33,8 +48,9 @@ class CameraJob {
  public:
   CameraJob(const CameraFormat& format, std::uint32_t camera, std::uint32_t bands, std::size_t max_blobs)
       : format_(format),
+        inverse_(format),
         camera_(camera),
-        table_(std::size_t{bands} * BandLabeller::slots(format.width_px)),
+        open_(bands == 1 ? 0 : std::size_t{bands} * Band::slots_needed(format.width_px)),
         kept_(max_blobs) {
     for (std::uint32_t b = 0; b < bands; ++b) {
       const auto row = [&](std::uint32_t n) {
@@ -42,7 +58,7 @@ class CameraJob {
       };
       const std::size_t most = std::size_t{(format.width_px + 1) / 2} * ((row(b + 1) - row(b) + 1) / 2);
       bands_.emplace_back(format.width_px, row(b), row(b + 1), b > 0, b + 1 < bands,
-                          b * BandLabeller::slots(format.width_px), std::min(max_blobs, most));
+                          b * Band::slots_needed(format.width_px), std::min(max_blobs, most));
     }
     records_.reserve(max_blobs);
   }
@@ -54,11 +70,11 @@ class CameraJob {
 
   /// Any thread, once per band; the last one to end finishes the camera.
   void run_band(std::uint32_t band, const LimitImage& limit, const RowKernels& kernels,
-                const AreaFilter& filter) noexcept {
+                const AreaFilter& filter, BandLabeller& labeller) noexcept {
     if (image_.pixels == nullptr) {
       bands_[band].clear();
     } else {
-      bands_[band].run(image_, limit, kernels, filter, table_);
+      labeller.run(limit.rows(image_), kernels, filter, bands_[band], open_);
     }
     if (bands_left_.fetch_sub(1, std::memory_order_acq_rel) == 1) finish(filter);
   }
@@ -70,38 +86,69 @@ class CameraJob {
  private:
   void finish(const AreaFilter& filter) noexcept {
     kept_.clear();
+    const std::uint32_t stride = position_stride(format_.width_px);
     for (std::size_t b = 0; b + 1 < bands_.size(); ++b) {
-      const RowRuns &upper = bands_[b].last_row(), &lower = bands_[b + 1].first_row();
-      for_touching_runs(upper, lower, [&](std::size_t i, std::size_t j) {
-        const std::uint32_t above = table_.root(upper.component[i]), below = table_.root(lower.component[j]);
-        if (above != below) table_.join(above, below);
+      const BorderRow &upper = bands_[b].last, &lower = bands_[b + 1].first;
+      for_touching_runs(upper, lower, stride, [&](std::size_t i, std::size_t j) {
+        const std::uint32_t above = open_.root(upper.slots[i]), below = open_.root(lower.slots[j]);
+        if (above != below) open_.join(above, below);
       });
     }
-    const auto give_out = [&](const RowRuns& row) {
-      for (std::size_t i = 0; i < row.count; ++i) {
-        Component& component = table_[table_.root(row.component[i])];
-        if (!component.live) continue;
-        component.live = false;
-        filter.offer(component.moments, kept_);
+    for (const Band& band : bands_) {
+      for (const BorderRow* row : {&band.first, &band.last}) {
+        for (const std::uint32_t slot : row->slots) {
+          Component& component = open_[open_.root(slot)];
+          if (component.note == kGivenOut) continue;
+          component.note = kGivenOut;
+          filter.offer(component.moments, kept_);
+        }
       }
-    };
-    for (const BandLabeller& band : bands_) {
-      give_out(band.first_row());
-      give_out(band.last_row());
-      kept_.offer_all(band.finished());
+      kept_.offer_all(band.finished);
     }
     records_.clear();
-    for (const BlobMoments& blob : kept_.sorted()) records_.push_back(to_record(blob, camera_, format_));
+    kept_.for_each_in_order([this](const BlobMoments& blob) {
+      const BlobShape s = shape_of(blob);
+      const Undistorted u = inverse_.undistort_blob(s.x_px, s.y_px, s.var_xx_px2, s.var_xy_px2, s.var_yy_px2);
+      records_.push_back(to_record(blob, s, u, camera_, format_));
+    });
   }
 
+  static constexpr std::uint32_t kGivenOut = 1;  // Component::note, which bands set to something else
+
   CameraFormat format_;
+  LensInverse inverse_;
   std::uint32_t camera_;
   ImageView image_;
-  ComponentTable table_;
-  std::vector<BandLabeller> bands_;
+  ComponentTable open_;  // blobs that reach into more than one band
+  std::vector<Band> bands_;
   std::atomic<std::uint32_t> bands_left_{0};
   KeepFirst kept_;
   std::vector<BlobRecord> records_;
+};
+
+/// One labeller per thread. There are as many as threads, so one is always free.
+class Labellers {
+ public:
+  Labellers(unsigned threads, std::uint32_t max_width_px) {
+    for (unsigned i = 0; i < threads; ++i) desks_.emplace_back(max_width_px);
+  }
+  template <typename Work>
+  void with_one(Work work) noexcept {
+    for (std::size_t i = 0;; i = (i + 1) % desks_.size()) {
+      if (desks_[i].taken.exchange(true, std::memory_order_acquire)) continue;
+      work(desks_[i].labeller);
+      desks_[i].taken.store(false, std::memory_order_release);
+      return;
+    }
+  }
+
+ private:
+  struct alignas(64) Desk {
+    explicit Desk(std::uint32_t max_width_px) : labeller(max_width_px) {}
+    BandLabeller labeller;
+    std::atomic<bool> taken{false};
+  };
+  std::deque<Desk> desks_;
 };
 
 class CpuDetector final : public Detector {
@@ -112,6 +159,11 @@ class CpuDetector final : public Detector {
         kernels_(kernels),
         filter_{options.min_area_px, options.max_area_px},
         depth_(options.depth),
+        labellers_(options.threads, std::max_element(cameras.begin(), cameras.end(),
+                                                     [](const CameraFormat& a, const CameraFormat& b) {
+                                                       return a.width_px < b.width_px;
+                                                     })
+                                        ->width_px),
         name_("cpu (" + std::to_string(options.threads) +
               (options.threads == 1 ? " thread, " : " threads, ") + kernels.name + ")") {
     problem_.reserve(kProblemBytes);
@@ -187,7 +239,9 @@ class CpuDetector final : public Detector {
     Set& set = self.sets_[slot];
     if (item == 0) set.began = Clock::now();
     const auto [camera, band] = self.items_[item];
-    set.cameras[camera]->run_band(band, self.limits_[camera], self.kernels_, self.filter_);
+    self.labellers_.with_one([&](BandLabeller& labeller) {
+      set.cameras[camera]->run_band(band, self.limits_[camera], self.kernels_, self.filter_, labeller);
+    });
     if (set.items_left.fetch_sub(1, std::memory_order_acq_rel) == 1) set.ended = Clock::now();
   }
 
@@ -196,6 +250,7 @@ class CpuDetector final : public Detector {
   AreaFilter filter_;
   unsigned depth_;
   std::vector<LimitImage> limits_;
+  Labellers labellers_;
   std::vector<Item> items_;
   std::deque<Set> sets_;  // one more than may be in flight: the last collected one stays valid
   std::size_t oldest_ = 0, in_flight_ = 0;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "gpu/cpu/blob_moments.hpp"
@@ -15,7 +14,10 @@ namespace glint::gpu {
 /// when it is made.
 class KeepFirst {
  public:
-  explicit KeepFirst(std::size_t capacity) : capacity_(capacity) { kept_.reserve(capacity); }
+  explicit KeepFirst(std::size_t capacity) : capacity_(capacity) {
+    kept_.reserve(capacity);
+    places_.reserve(capacity);
+  }
 
   void clear() noexcept {
     kept_.clear();
@@ -42,17 +44,29 @@ class KeepFirst {
     offered_ += not_kept;
   }
 
-  /// Ends the keeping: what was kept, in order.
-  std::span<const BlobMoments> sorted() noexcept {
-    std::sort(kept_.begin(), kept_.end(), before);
-    return kept_;
+  /// Calls use(blob) for all that was kept, in order.
+  template <typename Use>
+  void for_each_in_order(Use use) noexcept {
+    places_.clear();
+    for (std::uint32_t i = 0; i < kept_.size(); ++i)
+      places_.push_back({std::uint64_t{kept_[i].y_min} << 32 | kept_[i].x_min, i});
+    std::sort(places_.begin(), places_.end(), [this](const Place& a, const Place& b) {
+      return a.y_x != b.y_x ? a.y_x < b.y_x : before(kept_[a.index], kept_[b.index]);
+    });
+    for (const Place& place : places_) use(kept_[place.index]);
   }
 
   std::uint32_t offered() const noexcept { return offered_; }
 
  private:
+  struct Place {
+    std::uint64_t y_x;  // what before() compares first
+    std::uint32_t index;
+  };
+
   std::size_t capacity_;
   std::vector<BlobMoments> kept_;
+  std::vector<Place> places_;
   std::uint32_t offered_ = 0;
 };
 

@@ -148,7 +148,12 @@ class ReferenceDetector final : public Detector {
       std::sort(blobs.begin(), blobs.end(), before);
       camera.found = static_cast<std::uint32_t>(blobs.size());
       if (blobs.size() > options_.max_blobs_per_camera) blobs.resize(options_.max_blobs_per_camera);
-      for (const BlobMoments& m : blobs) camera.records.push_back(to_record(m, i, cameras_[i]));
+      for (const BlobMoments& m : blobs) {
+        const BlobShape s = shape_of(m);
+        const Undistorted u =
+            undistort_blob(cameras_[i].lens, s.x_px, s.y_px, s.var_xx_px2, s.var_xy_px2, s.var_yy_px2);
+        camera.records.push_back(to_record(m, s, u, i, cameras_[i]));
+      }
     }
     set.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <vector>
+
+#include "gpu/cpu/run_writer.hpp"
 
 namespace glint::gpu {
 namespace {
@@ -31,39 +32,58 @@ std::uint64_t greater8(std::uint64_t a, std::uint64_t b) noexcept {
   return ~b_at_least_a & kHigh;
 }
 
-std::uint32_t scan_portable(const std::uint8_t* pixels, const std::uint8_t* limit,
-                            const std::uint8_t* /*limit_below*/, const std::uint8_t* coarse,
-                            std::uint32_t width, std::uint32_t* edges) noexcept {
-  EdgeWriter writer(edges);
-  std::array<std::uint8_t, 64> tail{};
-  for (std::uint32_t x = 0; x < width; x += 64) {
-    const std::uint8_t* p = pixels + x;
-    if (width - x < 64) {
-      std::memcpy(tail.data(), p, width - x);
-      p = tail.data();
-    }
-    const std::uint64_t floor = std::uint64_t{coarse[x / kCoarsePixels]} * 0x0101010101010101u;
-    std::uint64_t any = 0;
-    for (unsigned i = 0; i < 64; i += 8) any |= greater8(load8(p + i), floor);
-    if (any == 0) continue;
-    std::uint64_t bits = 0;
-    for (unsigned i = 0; i < 64; i += 8) {
-      const std::uint64_t above = greater8(load8(p + i), load8(limit + x + i));
-      // Gathers the eight high bits in the top byte.
-      bits |= (((above >> 7) * 0x0102040810204080u) >> 56) << i;
-    }
-    writer.add(bits, x);
+/// The words of a group; nothing is read behind the row.
+std::array<std::uint64_t, 8> words_of(const Group& group) noexcept {
+  std::array<std::uint8_t, 64> end_of_row{};
+  const std::uint8_t* p = group.pixels;
+  if (group.missing != 0) {
+    std::memcpy(end_of_row.data(), p, 64 - group.missing);
+    p = end_of_row.data();
   }
-  return writer.finish();
+  std::array<std::uint64_t, 8> words;
+  for (std::size_t i = 0; i < 8; ++i) words[i] = load8(p + 8 * i);
+  return words;
 }
 
-void measure_portable(const std::uint8_t* pixels, const std::uint8_t* limit, std::uint32_t /*width*/,
-                      const std::uint32_t* edges, std::uint32_t runs, RunSums* sums) noexcept {
-  for (std::uint32_t r = 0; r < runs; ++r) {
+FoundRuns find_portable(const Rows& rows, std::uint32_t y, std::uint32_t y_end, PixelRun* runs) noexcept {
+  const std::uint32_t width = rows.width, stride = position_stride(width);
+  const auto list = [&](std::uint32_t row, Group* groups) {
+    const std::uint8_t* pixels = rows.pixels + row * rows.pixels_stride;
+    const std::uint8_t* coarse = rows.coarse + row * rows.coarse_stride;
+    std::uint32_t count = 0;
+    for (std::uint32_t x = 0; x < width; x += 64) {
+      groups[count] = {pixels + x, row * stride + x, x + 64 > width ? x + 64 - width : 0};
+      const std::uint64_t floor = std::uint64_t{coarse[x / kCoarsePixels]} * 0x0101010101010101u;
+      std::uint64_t any = 0;
+      for (const std::uint64_t word : words_of(groups[count])) any |= greater8(word, floor);
+      count += any != 0 ? 1u : 0u;
+    }
+    return count;
+  };
+  const auto bits = [&](const Group& group) {
+    const std::uint8_t* limit = rows.limit + group.position;
+    std::uint64_t result = 0;
+    unsigned shift = 0;
+    for (const std::uint64_t word : words_of(group)) {
+      // Gathers the eight high bits in the top byte.
+      result |= (((greater8(word, load8(limit + shift)) >> 7) * 0x0102040810204080u) >> 56) << shift;
+      shift += 8;
+    }
+    return result;
+  };
+  return find_runs(
+      width, y, y_end, runs, [](std::uint32_t row) { return row; }, list, bits);
+}
+
+void measure_portable(const Rows& rows, const PixelRun* runs, std::uint32_t count,
+                      BlobMoments* moments) noexcept {
+  const std::uint32_t stride = position_stride(rows.width);
+  for (std::uint32_t r = 0; r < count; ++r) {
+    const std::uint32_t y = runs[r].begin / stride, x = runs[r].begin - y * stride;
+    const std::uint32_t length = runs[r].end - runs[r].begin;
+    const std::uint8_t* p = rows.pixels + y * rows.pixels_stride + x;
+    const std::uint8_t* l = rows.limit + runs[r].begin;
     RunSums s{};
-    const std::uint32_t length = edges[2 * r + 1] - edges[2 * r];
-    const std::uint8_t* p = pixels + edges[2 * r];
-    const std::uint8_t* l = limit + edges[2 * r];
     for (std::uint32_t i = 0; i < length; ++i) {
       const std::uint32_t value = p[i], w = value - l[i];
       s.sum += value;
@@ -72,7 +92,7 @@ void measure_portable(const std::uint8_t* pixels, const std::uint8_t* limit, std
       s.wii += std::uint64_t{w} * i * i;
       s.peak = std::max(s.peak, value);
     }
-    sums[r] = s;
+    moments[r] = run_moments(x, y, length, s);
   }
 }
 
@@ -84,7 +104,7 @@ std::span<const RowKernels> row_kernels() noexcept {
     std::size_t size = 0;
     Table() noexcept {
       for (const RowKernels& k : x86_row_kernels()) kernels[size++] = k;
-      kernels[size++] = {"portable", scan_portable, measure_portable};
+      kernels[size++] = {"portable", find_portable, measure_portable};
     }
   };
   static const Table table;

@@ -2,46 +2,78 @@
 // The two loops that touch pixels, in every instruction set that this CPU has.
 #pragma once
 
-#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
+#include "gpu/cpu/blob_moments.hpp"
+
 namespace glint::gpu {
 
-/// Runs (bright pixels side by side in one row) are kept as edges: run r is the pixels
-/// edges[2 r] <= x < edges[2 r + 1].
-constexpr std::uint32_t edges_needed(std::uint32_t width_px) noexcept {
-  return width_px / 2 * 2 + 2 + 2;  // the last two: the kernels write two edges at a time
-}
-
-/// Sums over the pixels of a run; w = value - limit, i = x - first x.
-struct RunSums {
-  std::uint64_t wi, wii;
-  std::uint32_t sum, w, peak;
-};
-
-/// Pixels that share one byte of the row's coarse limit.
+/// Pixels that share one byte of the coarse limit image.
 inline constexpr std::uint32_t kCoarsePixels = 256;
 
-/// Rows of the limit image start on cache lines, and at least this many bytes, all 255, may be read behind
-/// the last pixel of a row.
-inline constexpr std::uint32_t kLimitPadding = 64;
+/// A pixel's position is y * position_stride(width) + x. Rows of the limit image start at multiples of that:
+/// on cache lines, and at least 64 bytes, all 255, may be read behind the last pixel of a row. So
+/// there is always a dark position between two rows. Positions are below 2^25 for all images that
+/// check_set_up() allows.
+constexpr std::uint32_t position_stride(std::uint32_t width_px) noexcept { return (width_px / 64 + 2) * 64; }
 
-/// Finds the runs of a row from left to right, and returns how many. `coarse` is the least limit of
-/// every kCoarsePixels pixels: where no pixel is above it, the limit image is not read at all. `edges`
-/// has room for edges_needed(width). Nothing is read behind pixels[width - 1]. The limits of the row below
-/// are fetched into the cache where this row is bright: blobs go on, and the limit image is read so
-/// sparsely that the CPU would not guess it.
-using ScanRow = std::uint32_t (*)(const std::uint8_t* pixels, const std::uint8_t* limit,
-                                  const std::uint8_t* limit_below, const std::uint8_t* coarse,
-                                  std::uint32_t width, std::uint32_t* edges) noexcept;
-/// Sums of each of `runs` runs of the row.
-using MeasureRuns = void (*)(const std::uint8_t* pixels, const std::uint8_t* limit, std::uint32_t width,
-                             const std::uint32_t* edges, std::uint32_t runs, RunSums* sums) noexcept;
+/// The row that a position lies in, without a division: 2^42 / stride, rounded up, is wrong by less than
+/// stride <= 2^17 / 2^42, too little to reach the next row for positions below 2^25.
+class RowOfPosition {
+ public:
+  explicit RowOfPosition(std::uint32_t width_px) noexcept
+      : factor_(((std::uint64_t{1} << 42) + position_stride(width_px) - 1) / position_stride(width_px)) {}
+  std::uint32_t operator()(std::uint32_t position) const noexcept {
+    return static_cast<std::uint32_t>((position * factor_) >> 42);
+  }
+
+ private:
+  std::uint64_t factor_;
+};
+
+/// An image and the limits of its camera.
+struct Rows {
+  const std::uint8_t* pixels;
+  const std::uint8_t* limit;
+  const std::uint8_t* coarse;  ///< the least limit of every kCoarsePixels pixels of a row
+  std::size_t pixels_stride, coarse_stride;
+  std::uint32_t width;
+};
+
+/// A run: bright pixels side by side in one row, at the positions begin <= p < end.
+struct PixelRun {
+  std::uint32_t begin, end;
+};
+
+/// Kernels look at about so many pixels at once, from the first bright row on, and at so many groups of 64
+/// pixels that may be bright: many, so that few loops end; few, so that all stays in the first cache.
+inline constexpr std::uint32_t kPixelsAtOnce = 4096, kGroupsAtOnce = 64;
+
+/// Most runs that are found at once: the last row may bring as many groups as it has.
+constexpr std::uint32_t most_runs_found(std::uint32_t width_px) noexcept {
+  return 32 * (kGroupsAtOnce + (width_px + 63) / 64);
+}
+
+struct FoundRuns {
+  std::uint32_t y;     ///< first row that was not looked at
+  std::uint32_t runs;  ///< how many were written
+};
+
+/// Looks at rows from y on, not beyond y_end, and writes the runs of the first bright ones from the top left
+/// to the bottom right. `runs` has room for most_runs_found(width) + 2: two edges are written at a time.
+/// Where no pixel is above the coarse limit, the limit image is not read at all. Nothing is read behind the
+/// last pixel of a row.
+using FindRuns = FoundRuns (*)(const Rows& rows, std::uint32_t y, std::uint32_t y_end,
+                               PixelRun* runs) noexcept;
+/// The moments of each of `count` runs, as if each was a blob.
+using MeasureRuns = void (*)(const Rows& rows, const PixelRun* runs, std::uint32_t count,
+                             BlobMoments* moments) noexcept;
 
 struct RowKernels {
   const char* name;
-  ScanRow scan;
+  FindRuns find;
   MeasureRuns measure;
 };
 
@@ -50,45 +82,5 @@ std::span<const RowKernels> row_kernels() noexcept;
 
 /// x86 only: empty where the CPU or the compiler is another one.
 std::span<const RowKernels> x86_row_kernels() noexcept;
-
-/// Collects the edges of a row, 64 pixels after 64 pixels.
-class EdgeWriter {
- public:
-  explicit EdgeWriter(std::uint32_t* edges) noexcept : edges_(edges) {}
-
-  /// The pixels x .. x + 63, lowest bit first; those left out before them are dark.
-  [[gnu::always_inline]] void add(std::uint64_t bits, std::uint32_t x) noexcept {
-    const std::uint64_t ended = lit_ & static_cast<std::uint64_t>(x != end_);
-    edges_[count_] = end_;
-    count_ += static_cast<std::uint32_t>(ended);
-    lit_ ^= ended;
-    std::uint64_t changes = bits ^ ((bits << 1) | lit_);
-    lit_ = bits >> 63;
-    end_ = x + 64;
-    // Most groups have two edges at most: writing two and keeping as many as there are takes no branch that
-    // could be guessed wrong.
-    const auto count = static_cast<std::uint32_t>(std::popcount(changes));
-    edges_[count_] = x + static_cast<std::uint32_t>(std::countr_zero(changes));
-    changes &= changes - 1;
-    edges_[count_ + 1] = x + static_cast<std::uint32_t>(std::countr_zero(changes));
-    if (count > 2) [[unlikely]] {
-      std::uint32_t at = count_ + 2;
-      for (changes &= changes - 1; changes != 0; changes &= changes - 1) {
-        edges_[at++] = x + static_cast<std::uint32_t>(std::countr_zero(changes));
-      }
-    }
-    count_ += count;
-  }
-  /// The row ends; returns the number of runs.
-  [[gnu::always_inline]] std::uint32_t finish() noexcept {
-    edges_[count_] = end_;
-    return (count_ + static_cast<std::uint32_t>(lit_)) / 2;
-  }
-
- private:
-  std::uint32_t* edges_;
-  std::uint32_t count_ = 0, end_ = 0;  // end_: behind the pixels added last
-  std::uint64_t lit_ = 0;              // 1: the last pixel so far was bright
-};
 
 }  // namespace glint::gpu

@@ -2,33 +2,9 @@
 // Matching and tracking do not allocate once they have seen such frames.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "host/track/tracker.hpp"
+#include "tests/support/allocations.hpp"
 #include "tests/unit/match/scene.hpp"
-
-namespace {
-std::atomic<std::size_t> allocations{0};
-
-void* counted(std::size_t size, std::size_t alignment) {
-  ++allocations;
-  void* p = nullptr;
-  if (posix_memalign(&p, std::max(alignment, sizeof(void*)), size == 0 ? 1 : size) != 0)
-    throw std::bad_alloc();
-  return p;
-}
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
 
 namespace glint {
 namespace {
@@ -73,10 +49,10 @@ TEST(NoAllocation, AfterWarmUp) {
   };
   pass(0);
   pass(1);
-  const std::size_t before = allocations;
+  const std::size_t before = glint::testing::allocations();
   EXPECT_GT(before, 0u) << "the counter does not count";
   pass(2);
-  EXPECT_EQ(allocations - before, 0u);
+  EXPECT_EQ(glint::testing::allocations() - before, 0u);
   EXPECT_GT(shown, 3u * 60u * 18u);
 }
 
