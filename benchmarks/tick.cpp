@@ -35,6 +35,7 @@ struct Options {
 
 std::unique_ptr<gpu::Detector> make_detector(const Options& options, const Scene& scene) {
   if (options.kernels.empty()) return gpu::make_detector(options.device, scene.formats(), options.detector);
+  if (options.device != "cpu") throw gpu::Error("--kernels is for --device cpu only");
   std::string known;
   for (const gpu::RowKernels& kernels : gpu::row_kernels()) {
     if (kernels.name == options.kernels)
