@@ -4,14 +4,15 @@
 #   tests/run_all.sh              all of it
 #   tests/run_all.sh --no-asan    without the second build for the sanitizers
 # GLINT_TEST_DATA   folder of recordings; default ../shared/data where that exists, else such tests are skipped
-# GLINT_REQUIRE     what must be there: default "gpu", a Vulkan device (a software one will do); empty: nothing
+# GLINT_REQUIRE     what must be there: default "gpu", a Vulkan device (a software one will do); with "vm" beside it,
+#                   device tests in a guest kernel run too, some minutes; empty: nothing
 set -euo pipefail
 cd "$(dirname "$0")/.."
 with_asan=1
 case "${1:-}" in
   '') ;;
   --no-asan) with_asan=0 ;;
-  *) sed -n '3,7s/^# \{0,1\}//p' "$0"; exit 2 ;;
+  *) sed -n '3,8s/^# \{0,1\}//p' "$0"; exit 2 ;;
 esac
 # Half of the half hour that CI gives on two cores: a sanitizer run that starts later would not end in time.
 asan_latest_start_s=$((15 * 60))
@@ -47,9 +48,15 @@ build() {
 say "packages"
 host/install_packages run build test
 build dev
-run_tests dev steps -LE system -j "$jobs"
+run_tests dev steps -LE 'system|device' -j "$jobs"
 # Tests of whole runs are paced by a clock: nothing else may run beside them.
 if ctest --preset dev -N -L system | grep -q '^  *Test *#'; then run_tests dev system -L system; fi
+case $GLINT_REQUIRE in
+  *vm*)
+    host/install_packages vm
+    run_tests dev device -L device ;;
+  *) notes+=("device tests: run them with: ctest --preset dev -L device") ;;
+esac
 
 if [ "$with_asan" = 0 ]; then
   notes+=("sanitizers: left out by --no-asan")

@@ -61,7 +61,8 @@ class OverlayWriter {
 
 void run(const DetectArguments& a) {
   const OutputSpec spec = parse_output_spec(a.output, a.force);
-  if (a.run.source.starts_with("blobs:")) throw UsageError("detect works on images: sim or images:LOCATION");
+  if (a.run.source.starts_with("blobs:"))
+    throw UsageError("detect works on images: sim, v4l2:[DEVICE,...] or images:LOCATION");
   StopSignal stop_signal;
   OpenedRun opened = open_run(a.run, false);
   TickInput& input = *opened.input;
@@ -100,7 +101,7 @@ void run(const DetectArguments& a) {
     if (overlay) std::fprintf(stderr, "pictures: %s\n", a.overlay.c_str());
   }
   if (status == ReadStatus::Failed) throw Error(input.problem());
-  if (counters.source.damaged > 0 || counters.source.ended_early > 0) {
+  if (!input.live() && (counters.source.damaged > 0 || counters.source.ended_early > 0)) {
     throw Error("the recording is not whole:\n" + input.problem());
   }
   if (!a.quiet && !input.problem().empty())
@@ -112,7 +113,7 @@ void run(const DetectArguments& a) {
 void add_detect(CLI::App& app) {
   CLI::App* command = app.add_subcommand("detect", "Find blobs in images");
   const auto a = std::make_shared<DetectArguments>();
-  add_run_options(*command, a->run, "sim or images:LOCATION");
+  add_run_options(*command, a->run, "sim, v4l2:[DEVICE,...] or images:LOCATION");
   command->add_option("--output", a->output, "csv:FILE, csv:-, jsonl:FILE, jsonl:- or none")
       ->capture_default_str();
   command->add_option("--overlay", a->overlay, "folder for pictures with the blobs drawn in");

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// `glint devices`: what can run the detector.
+// `glint devices`: what can run the detector, and the cameras.
 #include <cstdio>
 
 #include <nlohmann/json.hpp>
 
 #include "gpu/detector.hpp"
+#include "host/apps/camera_list.hpp"
 #include "host/apps/commands.hpp"
 #include "host/apps/device_list.hpp"
 
@@ -52,7 +53,9 @@ void print_json(const std::vector<gpu::DeviceInfo>& devices, const std::string& 
                    {"timestamp_period_ns", d.timestamp_period_ns},
                    {"imports_host_memory", d.imports_host_memory}});
   }
-  std::printf("%s\n", nlohmann::ordered_json({{"devices", all}, {"problem", problem}}).dump(2).c_str());
+  nlohmann::ordered_json json({{"devices", all}, {"problem", problem}});
+  add_camera_list(json);
+  std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }
 
 }  // namespace
@@ -78,12 +81,14 @@ void print_device_list() {
 }
 
 void add_devices(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("devices", "List what can run the detector (--device)");
+  CLI::App* command =
+      app.add_subcommand("devices", "List what can run the detector (--device), and the cameras");
   const auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "as JSON");
   command->callback([json] {
     if (!*json) {
       print_device_list();
+      print_camera_list();
       return;
     }
     std::string problem;

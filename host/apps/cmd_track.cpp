@@ -139,6 +139,8 @@ void run(const TrackArguments& a) {
   output->fill(summary);
   summary.counters = pipeline.counters();
   summary.input = pipeline.input().counters();
+  if (const Ledger* const ledger = pipeline.input().ledger()) summary.ledger = *ledger;
+  for (const SourceCamera& camera : pipeline.input().cameras()) summary.cameras.push_back(camera.name);
   ReportData report;
   if (report_file) output->fill(report);
   output.reset();  // ends the status line
@@ -157,7 +159,7 @@ void run(const TrackArguments& a) {
   if (!output_problem.empty()) throw Error("output is not complete: " + output_problem);
   if (end == ReadStatus::Failed) throw Error(pipeline.problem());
   const SourceCounters& frames = summary.input.source;
-  if (frames.damaged > 0 || frames.ended_early > 0)
+  if (!pipeline.input().live() && (frames.damaged > 0 || frames.ended_early > 0))
     throw Error("the recording is not whole:\n" + pipeline.problem());
   if (!pipeline.problem().empty()) print_lines("note: ", pipeline.problem());
 }
@@ -167,7 +169,7 @@ void run(const TrackArguments& a) {
 void add_track(CLI::App& app) {
   CLI::App* command = app.add_subcommand("track", "Track markers: images or blobs in, 3D points out");
   const auto a = std::make_shared<TrackArguments>();
-  add_run_options(*command, a->run, "sim, images:LOCATION or blobs:FOLDER");
+  add_run_options(*command, a->run, "sim, v4l2:[DEVICE,...], images:LOCATION or blobs:FOLDER");
   command->add_option("--output", a->output, "csv:FILE, csv:-, jsonl:FILE, jsonl:- or none")
       ->capture_default_str();
   command->add_option("--report", a->report, "write a page with a picture of cameras and trajectories");

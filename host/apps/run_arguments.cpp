@@ -12,6 +12,7 @@
 #include "host/capture/blob_source.hpp"
 #include "host/capture/image_file.hpp"
 #include "host/capture/image_source.hpp"
+#include "host/capture/v4l2/v4l2_source.hpp"
 #include "host/pipeline/blob_input.hpp"
 #include "host/pipeline/frame_input.hpp"
 #include "host/pipeline/learn_background.hpp"
@@ -21,7 +22,7 @@
 namespace glint::apps {
 namespace {
 
-constexpr std::string_view kImages = "images:", kBlobs = "blobs:";
+constexpr std::string_view kImages = "images:", kBlobs = "blobs:", kLive = "v4l2:";
 
 bool all_digits(const std::string& text) {
   return !text.empty() && text.size() < 7 &&
@@ -75,6 +76,10 @@ Rig make_rig(const RunArguments& a, const Scene* scene) {
 }
 
 PaceOptions make_pace(const RunArguments& a, const Rig& rig, bool simulated) {
+  if (a.source.starts_with(kLive)) {
+    if (!a.pace.empty()) throw UsageError("--pace: cameras set the pace themselves");
+    return {Pace::Fastest, 0.0};
+  }
   if (a.pace.empty()) {
     if (a.rate_hz || simulated) return {Pace::Rate, rig.rate_hz};
     return {Pace::Fastest, 0.0};
@@ -164,6 +169,11 @@ void open_frames(OpenedRun& run, const RunArguments& a, FrameInputOptions option
   const auto open = [&]() -> std::unique_ptr<FrameSource> {
     if (run.scene)
       return std::make_unique<SimSource>(*run.scene, SimSourceOptions{options.pace.pace != Pace::Fastest, 0});
+    if (a.source.starts_with(kLive)) {
+      const bool rate_known = a.rate_hz || !a.rig_file.empty();
+      return std::make_unique<V4l2Source>(live_options(std::string_view(a.source).substr(kLive.size()),
+                                                       rate_known ? run.rig.rate_hz : 0.0, run.rig, a.live));
+    }
     return open_image_source(a.source.substr(kImages.size()), image_options(a, run.rig));
   };
   std::unique_ptr<FrameSource> source = open(), lesson;
@@ -202,14 +212,17 @@ void add_run_options(CLI::App& command, RunArguments& a, const std::string& sour
   command.add_option("--seconds", a.seconds, "end after so long (at the nominal rate)")
       ->check(CLI::Range(0.0, 1e7));
   command.add_option("--ticks", a.max_ticks, "end after so many frame sets");
+  command.add_option("--camera-format", a.live.format, "v4l2: auto, grey, nv12, yuyv or mjpeg");
+  command.add_option("--camera-size", a.live.size, "v4l2 without --rig: WIDTHxHEIGHT");
   add_sim_options(command, a.sim);
 }
 
 OpenedRun open_run(const RunArguments& a, bool rig_needed) {
   const bool simulated = a.source == "sim";
   const bool images = a.source.starts_with(kImages), blobs = a.source.starts_with(kBlobs);
-  if (!simulated && !images && !blobs) {
-    throw UsageError("source \"" + a.source + "\": must be sim, images:LOCATION or blobs:FOLDER");
+  if (!simulated && !images && !blobs && !a.source.starts_with(kLive)) {
+    throw UsageError("source \"" + a.source +
+                     "\": must be sim, v4l2:[DEVICE,...], images:LOCATION or blobs:FOLDER");
   }
   if (rig_needed && !simulated && a.rig_file.empty()) {
     throw UsageError(

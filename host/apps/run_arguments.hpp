@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "host/apps/live_cameras.hpp"
 #include "host/apps/sim_arguments.hpp"
 #include "host/config/rig.hpp"
 #include "host/pipeline/tick_input.hpp"
@@ -17,12 +18,13 @@
 namespace glint::apps {
 
 struct RunArguments {
-  std::string source;  ///< sim, images:LOCATION, blobs:FOLDER
+  std::string source;  ///< sim, v4l2:[DEVICE,...], images:LOCATION, blobs:FOLDER
   std::string rig_file, device, pace, background;
   std::optional<unsigned> depth, threshold;
   std::optional<std::uint32_t> min_area_px, max_area_px;
   std::optional<double> rate_hz, seconds;
   std::uint64_t max_ticks = 0;
+  LiveArguments live;
   SimArguments sim;
 };
 

@@ -3,6 +3,7 @@
 #include "host/apps/run_summary.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdarg>
 #include <cstdio>
 
@@ -35,6 +36,40 @@ nlohmann::ordered_json latency_json(const LatencyHistogram& h) {
           {"p99_s", h.quantile_s(0.99)},
           {"max_s", h.max_s()},
           {"count", h.count()}};
+}
+
+constexpr std::array<const char*, kFrameFates> kFateNames{
+    "used", "late", "skipped", "lost by host", "lost by camera", "corrupt", "dark"};
+constexpr std::array<const char*, kFrameFates> kFateKeys{
+    "used", "late", "skipped", "lost_by_host", "lost_by_camera", "corrupt", "dark"};
+
+/// "1000 pulses: 990 used, 10 late"
+std::string ledger_text(const CameraLedger& camera, std::uint64_t pulses) {
+  std::string line;
+  const auto append = [&line](std::uint64_t count, const char* what) {
+    if (count > 0) line += text("%s%llu %s", line.empty() ? "" : ", ", number_of(count), what);
+  };
+  for (std::size_t n = 0; n < kFrameFates; ++n) append(camera.count[n], kFateNames[n]);
+  return text("%llu pulses: ", number_of(pulses)) + (line.empty() ? "nothing" : line);
+}
+
+std::string refused_text(const CameraLedger& camera) {
+  if (camera.duplicates + camera.unplaced == 0) return "";
+  return text("and %llu duplicates, %llu frames that fit no pulse", number_of(camera.duplicates),
+              number_of(camera.unplaced));
+}
+
+nlohmann::ordered_json ledger_json(const RunSummary& s) {
+  nlohmann::ordered_json cameras = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < s.ledger->cameras.size(); ++i) {
+    const CameraLedger& camera = s.ledger->cameras[i];
+    nlohmann::ordered_json one{{"name", s.cameras.at(i)}};
+    for (std::size_t n = 0; n < kFrameFates; ++n) one[kFateKeys[n]] = camera.count[n];
+    one["duplicates"] = camera.duplicates;
+    one["unplaced"] = camera.unplaced;
+    cameras.push_back(std::move(one));
+  }
+  return {{"pulses", s.ledger->pulses}, {"cameras", std::move(cameras)}};
 }
 
 }  // namespace
@@ -88,8 +123,12 @@ std::vector<ReportRow> summary_rows(const RunSummary& s) {
   if (s.counters.match.inexact > 0) {
     add("correspondence groups not solved exactly", text("%llu", number_of(s.counters.match.inexact)));
   }
+  for (std::size_t i = 0; s.ledger && i < s.ledger->cameras.size(); ++i) {
+    const CameraLedger& camera = s.ledger->cameras[i];
+    add("camera " + s.cameras.at(i), ledger_text(camera, s.ledger->pulses), refused_text(camera));
+  }
   const SourceCounters& f = s.input.source;
-  if (f.missing + f.damaged + f.late + f.duplicated + f.no_slot > 0) {
+  if (!s.ledger && f.missing + f.damaged + f.late + f.duplicated + f.no_slot > 0) {
     add("frames lost by the source",
         text("%llu missing, %llu damaged, %llu late, %llu duplicated, %llu without memory",
              number_of(f.missing), number_of(f.damaged), number_of(f.late), number_of(f.duplicated),
@@ -134,6 +173,7 @@ std::string summary_json(const RunSummary& s) {
   const SourceCounters& f = s.input.source;
   j["frames"] = {{"delivered", f.frames}, {"missing", f.missing},       {"damaged", f.damaged},
                  {"late", f.late},        {"duplicated", f.duplicated}, {"no_slot", f.no_slot}};
+  if (s.ledger) j["ledger"] = ledger_json(s);
   if (s.score) {
     const ScoreResult& r = *s.score;
     j["score"] = {{"recall", r.recall},

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host/assemble/ledger.hpp"
 #include "host/output/report.hpp"
 #include "host/output/report_recorder.hpp"
 #include "host/pipeline/track_pipeline.hpp"
@@ -18,6 +19,8 @@ struct RunSummary {
   double wall_s = 0.0, rate_hz = 0.0, nominal_rate_hz = 0.0;
   TrackCountersSnapshot counters;
   InputCounters input;
+  std::optional<Ledger> ledger;      ///< only of live cameras
+  std::vector<std::string> cameras;  ///< their names
   std::uint64_t ids = 0;
   LatencyHistogram detection, end_to_end;
   std::optional<ScoreResult> score;  ///< only against a simulator's truth

@@ -10,6 +10,7 @@
 #include "host/base/error.hpp"
 #include "host/config/number_text.hpp"
 #include "host/config/read_calibration.hpp"
+#include "host/config/read_capture.hpp"
 #include "host/config/rig.hpp"
 #include "host/config/text_file.hpp"
 #include "host/config/toml_section.hpp"
@@ -120,6 +121,8 @@ Rig read_rig_tables(TomlSection& top, const std::filesystem::path& path, FilePro
                   Need::Optional);
     section.whole("max_missed_frames", rig.track.max_missed_frames, 0, kAnyCount, Need::Optional);
   });
+  read_section(top, "capture", rig.capture, problems,
+               [&](TomlSection& section) { read_capture(section, rig.calibration, rig.capture, problems); });
   top.finish();
   return rig;
 }

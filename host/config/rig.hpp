@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "gpu/detector.hpp"
@@ -34,6 +35,30 @@ struct GpuSettings {
   void check(std::vector<std::string>& problems) const;
 };
 
+/// A control of a camera: "gain" and a number, or a menu's item by name.
+struct ControlValue {
+  std::string name;
+  std::variant<std::int64_t, std::string> value;
+};
+
+/// Section [[capture.camera]]: which device is which camera of the calibration.
+struct CaptureCamera {
+  std::string name;                    ///< the calibration's
+  std::string device;                  ///< by-path name, "usb:1-2.3", "serial:ABC" or a path
+  std::vector<ControlValue> controls;  ///< set after those of all cameras
+};
+
+/// Section [capture]: live cameras. Their picture size is the calibration's.
+struct CaptureSettings {
+  std::string format = "auto";  ///< "auto", "grey", "nv12", "yuyv" or "mjpeg"
+  double rate_hz = 0.0;  ///< what the cameras' drivers are set to; 0: rig.rate_hz. More where a trigger sets
+                         ///< the pace and a camera offers only some rates
+  double deadline_ms = 0.0;            ///< how long a frame set waits for its last camera; 0: half a period
+  std::vector<ControlValue> controls;  ///< of all cameras, in the order of the file
+  std::vector<CaptureCamera> cameras;
+  void check(std::vector<std::string>& problems) const;
+};
+
 /// One rig file with its calibration. A Rig that read_rig() returned is complete and within range.
 struct Rig {
   std::string name = "rig";
@@ -44,6 +69,7 @@ struct Rig {
   DetectSettings detect;
   MatchOptions match;
   TrackOptions track;
+  CaptureSettings capture;
   std::filesystem::path path;  ///< the file it was read from; empty: defaults
   std::filesystem::path
       calibration_path;  ///< where its cameras came from; equals path for a calibration file alone

@@ -51,6 +51,33 @@ std::string camera_text(const CameraCalibration& camera) {
   return text;
 }
 
+std::string value_text(const ControlValue& control) {
+  if (const auto* whole = std::get_if<std::int64_t>(&control.value)) return std::to_string(*whole);
+  return quoted(std::get<std::string>(control.value));
+}
+
+std::string controls_text(const std::string& section, const std::vector<ControlValue>& controls) {
+  std::string text;
+  for (const ControlValue& control : controls)
+    text += quoted(control.name) + " = " + value_text(control) + "\n";
+  return text.empty() ? text : "\n[" + section + "]\n" + text;
+}
+
+std::string capture_text(const CaptureSettings& capture) {
+  std::string text = "\n[capture]\n";
+  text += "format = " + quoted(capture.format) + "\n";
+  text += "rate_hz = " + exact_text(capture.rate_hz) + "  # 0.0: rig.rate_hz\n";
+  text += "deadline_ms = " + exact_text(capture.deadline_ms) + "  # 0.0: half a period\n";
+  text += controls_text("capture.controls", capture.controls);
+  for (const CaptureCamera& camera : capture.cameras) {
+    text += "\n[[capture.camera]]\n";
+    text += "name = " + quoted(camera.name) + "\n";
+    text += "device = " + quoted(camera.device) + "\n";
+    text += controls_text("capture.camera.controls", camera.controls);
+  }
+  return text;
+}
+
 /// The camera in one comment line, for a person who looks at the effective settings.
 std::string camera_comment(const CameraCalibration& camera) {
   const Eigen::Vector3d& t = camera.world_from_camera.translation;
@@ -111,7 +138,7 @@ std::string to_toml(const Rig& rig) {
   text += "max_speed_m_s = " + exact_text(rig.track.max_speed_m_s) + "\n";
   text += "confirm_frames_two_views = " + std::to_string(rig.track.confirm_frames_two_views) + "\n";
   text += "max_missed_frames = " + std::to_string(rig.track.max_missed_frames) + "\n";
-  return text;
+  return text + capture_text(rig.capture);
 }
 
 void write_calibration(const std::filesystem::path& path, const Calibration& calibration, bool force) {

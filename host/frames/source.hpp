@@ -13,6 +13,8 @@
 
 namespace glint {
 
+struct Ledger;
+
 struct SourceCamera {
   std::string name;
   FrameSize size;  ///< 0x0 where the source has no images
@@ -21,11 +23,13 @@ struct SourceCamera {
 /// What a source lost or found broken, counted since its start.
 struct SourceCounters {
   std::uint64_t frames = 0, missing = 0, damaged = 0, late = 0, duplicated = 0, no_slot = 0;
+  std::uint64_t skipped = 0;      ///< live: whole sets left out because the reader was behind
   std::uint64_t ended_early = 0;  ///< recordings: cameras that ended before others
 };
 
 enum class ReadStatus : std::uint8_t {
   Ok,
+  Idle,    ///< live frame sources: nothing has come for a while; read again
   End,     ///< nothing more will come
   Failed,  ///< problem() says what; nothing more will come
 };
@@ -42,7 +46,16 @@ class FrameSource {
   /// Fills `set` with the next exposure: its frames are taken from `pool`. Frames still in `set` are given
   /// back first. A camera without a (usable) frame is left empty and counted. May block.
   [[nodiscard]] virtual ReadStatus read(FramePool& pool, FrameSet& set) noexcept = 0;
+  /// Frames of each camera that the source keeps for itself between reads: a pool must have room for them
+  /// beside those that the reader holds.
+  virtual std::uint32_t frames_ahead() const noexcept { return 0; }
+  /// Gives back what it keeps of the pool that read() had last, so that the pool may end; reading on, with
+  /// any pool, is possible, and counts from nothing where a ledger is kept. To be called before a pool ends.
+  virtual void let_go() noexcept {}
   virtual SourceCounters counters() const noexcept = 0;
+  /// What became of every frame of every pulse, where that is known (host/assemble/ledger.hpp); else nullptr.
+  /// Valid until the next read() or let_go().
+  virtual const Ledger* ledger() const noexcept { return nullptr; }
   /// Why read() failed or what was odd about the source at its end ("" if nothing), for the person at the
   /// terminal.
   virtual const std::string& problem() const noexcept = 0;

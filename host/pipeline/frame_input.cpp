@@ -38,8 +38,9 @@ FrameInput::FrameInput(std::unique_ptr<FrameSource> source, std::span<const gpu:
     : source_(std::move(source)),
       options_(options),
       // the ring, those in flight, the one being filled, the one popped, and one for the reader at each end
-      pool_(std::make_unique<FramePool>(sizes_of(source_->cameras()),
-                                        static_cast<std::uint32_t>(kRing + options.detector.depth + 4))),
+      pool_(std::make_unique<FramePool>(
+          sizes_of(source_->cameras()),
+          static_cast<std::uint32_t>(kRing + options.detector.depth + 4) + source_->frames_ahead())),
       detector_(make(source_->cameras(), lenses, options)),
       in_place_(detector_->adopt_frame_memory(pool_->memory())),
       ring_(kRing),
@@ -65,11 +66,12 @@ void FrameInput::capture() noexcept {
   const double rate = source_->rate_hz();
   Pacer pacer(options_.pace);
   ReadStatus status = ReadStatus::Ok;
-  for (std::uint64_t n = 0; !stop.stop_requested() && (options_.max_sets == 0 || n < options_.max_sets);
-       ++n) {
+  for (std::uint64_t n = 0; !stop.stop_requested() && (options_.max_sets == 0 || n < options_.max_sets);) {
     FrameSet set;
     status = source_->read(*pool_, set);
+    if (status == ReadStatus::Idle) continue;
     if (status != ReadStatus::Ok) break;
+    ++n;
     if (options_.pace.pace != Pace::Fastest) {
       const double lateness = pacer.wait(pacer.due(set), stop);
       if (is_live && rate > 0.0 && lateness > 1.0 / rate) late_.fetch_add(1, std::memory_order_relaxed);
@@ -83,8 +85,10 @@ void FrameInput::capture() noexcept {
           1, std::memory_order_relaxed);  // the consumer is stuck: it will drop the older ones itself
     }
   }
-  source_end_ = status == ReadStatus::Ok ? ReadStatus::End : status;
+  source_end_ = status == ReadStatus::Failed ? status : ReadStatus::End;
   source_counters_ = source_->counters();
+  if (const Ledger* const ledger = source_->ledger()) ledger_ = *ledger;
+  source_->let_go();
   source_done_.store(true, std::memory_order_release);
   ring_.close();
 }
@@ -191,6 +195,10 @@ InputCounters FrameInput::counters() const noexcept {
   c.copied = copied_.load(std::memory_order_relaxed);
   if (source_done_.load(std::memory_order_acquire)) c.source = source_counters_;
   return c;
+}
+
+const Ledger* FrameInput::ledger() const noexcept {
+  return source_done_.load(std::memory_order_acquire) && ledger_ ? &*ledger_ : nullptr;
 }
 
 std::string FrameInput::problem() const {

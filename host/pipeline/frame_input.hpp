@@ -4,8 +4,10 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <thread>
 
+#include "host/assemble/ledger.hpp"
 #include "host/base/ring.hpp"
 #include "host/capture/pacer.hpp"
 #include "host/pipeline/tick_input.hpp"
@@ -37,6 +39,7 @@ class FrameInput final : public TickInput {
   [[nodiscard]] ReadStatus next(TickBlobs& tick) noexcept override;
   void stop() noexcept override { stop_.request_stop(); }
   InputCounters counters() const noexcept override;
+  const Ledger* ledger() const noexcept override;
   std::string problem() const override;
   bool reads_in_place() const noexcept { return in_place_; }
 
@@ -64,6 +67,7 @@ class FrameInput final : public TickInput {
   ReadStatus source_end_ = ReadStatus::End;  // written by the capture thread before it closes the ring
   std::atomic<std::uint64_t> sets_{0}, dropped_{0}, late_{0}, overflows_{0}, copied_{0};
   SourceCounters source_counters_;  // written before the ring is closed
+  std::optional<Ledger> ledger_;    // likewise
   std::atomic<bool> source_done_{false};
   std::stop_source stop_;
   std::thread thread_;  // last: it uses everything above

@@ -15,7 +15,7 @@ struct LearntLimits {
 };
 
 /// Reads up to `frames` sets, which the source then lacks: median over time + margin. Throws Error when a
-/// camera gave none.
+/// camera gave none, or none gave any for 5 s.
 LearntLimits learn_limits(FrameSource& source, std::size_t frames, unsigned margin);
 
 }  // namespace glint

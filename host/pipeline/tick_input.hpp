@@ -49,6 +49,8 @@ class TickInput {
   /// Any thread: end after what is already under way.
   virtual void stop() noexcept = 0;
   virtual InputCounters counters() const noexcept = 0;
+  /// After the end, of live cameras: what became of every frame (host/assemble/ledger.hpp); else nullptr.
+  virtual const Ledger* ledger() const noexcept { return nullptr; }
   /// Why next() failed, or what was odd about the source ("" if nothing). After the end.
   virtual std::string problem() const = 0;
 };

@@ -15,15 +15,16 @@ TABLE = {
     "gpu": ["shaders/interface"],
     "host/base": [],
     "host/frames": ["gpu"],
+    "host/assemble": ["host/frames", "gpu"],
     "host/geometry": ["gpu"],
-    "host/capture": ["host/frames", "gpu"],
+    "host/capture": ["host/frames", "host/assemble", "gpu"],
     "host/sim": ["host/frames", "host/geometry", "gpu"],
     "host/match": ["host/geometry", "shaders/interface"],
     "host/track": ["host/geometry", "host/match"],
     "host/output": ["host/geometry", "host/track", "host/match", "shaders/interface"],
     "host/config": ["gpu", "host/match", "host/track", "host/geometry"],
     "host/bench": ["gpu"],
-    "host/pipeline": ["gpu", "host/frames", "host/geometry", "host/capture", "host/match", "host/track"],
+    "host/pipeline": ["gpu", "host/frames", "host/assemble", "host/geometry", "host/capture", "host/match", "host/track"],
 }
 for _module, _row in TABLE.items():
     if _module.startswith("host/") and _module != "host/base":
@@ -36,6 +37,7 @@ RESERVED = [
     (r"(vulkan|vk_mem_alloc)\b", "Vulkan", ["gpu/vulkan"]),
     (r"toml(\+\+|plusplus)", "toml++", ["host/config"]),
     (r"lib(av\w+|sw\w+)/", "FFmpeg", ["host/capture"]),
+    (r"linux/videodev2", "V4L2", ["host/capture"]),
     (r"opencv", "OpenCV", ["benchmarks"]),
     (r"CLI/|CLI11", "CLI11", ["host/apps", "benchmarks"]),
     (r"benchmark/", "Google Benchmark", ["benchmarks"]),

@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""`glint track v4l2:` on four virtual UVC cameras gives the points that reading the same pictures from files gives.
+
+Slow motion: pictures of a rig at 90 Hz are shown at 5 Hz, because the guest's processor does one instruction a
+nanosecond and takes some 10 ms to decode a JPEG. Both runs have the same background pictures, so that nothing is learnt from different frames."""
+import csv
+import json
+import math
+import os
+import shutil
+import subprocess
+import tempfile
+
+import guest_test
+
+TICKS, RATE_HZ, QUALITY = 90, 5, 90
+WANTED_SETS = 50
+MOST_APART_M = 50e-6  # 0.02 px at 2.5 m
+
+RIG = f"""format = 1
+kind = "rig"
+[rig]
+name = "four virtual cameras"
+rate_hz = {RATE_HZ}.0
+calibration = "calibration.toml"
+marker_radius_m = 0.0063
+[capture]
+format = "mjpeg"
+rate_hz = 90.0
+"""
+
+
+def glint(*arguments):
+    subprocess.run([guest_test.program("glint"), *arguments], check=True)
+
+
+def points_of(path):
+    """Points by tick, and the time of each tick."""
+    points, times_ns = {}, {}
+    with open(path, encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            tick = int(row["tick"])
+            points.setdefault(tick, []).append(tuple(float(row[axis]) for axis in ("x_m", "y_m", "z_m")))
+            times_ns[tick] = int(row["time_ns"])
+    return points, times_ns
+
+
+def prepare(box, ticks):
+    """Pictures, background pictures and rig file; returns the folder with the pictures."""
+    take, dark = os.path.join(box, "take"), os.path.join(box, "dark")
+    jpeg = ["--jpeg", str(QUALITY), "--rate", "90"]
+    glint("sim", "--out", take, "--seconds", str(ticks / 90), *jpeg)
+    glint("sim", "--out", dark, "--seconds", str(1 / 90), "--markers", "0", *jpeg)
+    os.remove(os.path.join(take, "frames.csv"))  # times are those of the rig file's rate
+    for camera in range(1, 5):
+        shutil.copy(f"{dark}/cam{camera}/000000.pgm", f"{box}/cam{camera}.pgm")
+    shutil.copy(f"{take}/calibration.toml", box)
+    with open(f"{box}/rig.toml", "w", encoding="utf-8") as file:
+        file.write(RIG)
+    guest_test.make_frames(f"{box}/frames.jpgs", ticks, QUALITY)
+    return take
+
+
+def track_live(box, sets, faults=()):
+    """Points of the live run by pulse, and its summary."""
+    with open(f"{box}/faults.txt", "w", encoding="utf-8") as file:
+        file.writelines(f"{line}\n" for line in faults)
+    names = ["rig.toml", "calibration.toml", "frames.jpgs", "faults.txt", *[f"cam{camera}.pgm" for camera in range(1, 5)]]
+    track = ("glint track v4l2:$CAMERA_1,$CAMERA_2,$CAMERA_3,$CAMERA_4 --rig rig.toml --device cpu --background /run/job "
+             f"--ticks {sets} --quiet --output csv:/run/out/live.csv --summary /run/out/live.json")
+    guest_test.run(
+        [guest_test.program("uvc_cameras"), "--frames", "frames.jpgs", "--rate", str(RATE_HZ), "--faults",
+         "faults.txt", "--log", "/run/out/sent.csv", "--", "sh", "-c", track],
+        modules=guest_test.CAMERA_MODULES, copy=[guest_test.program("glint"), *[f"{box}/{name}" for name in names]], out=box)
+    points, times_ns = points_of(f"{box}/live.csv")
+    first_ns = min(row["time_ns"] for row in guest_test.read_csv(f"{box}/sent.csv"))
+    # A frame is stamped after its pulse, and before the next.
+    with open(f"{box}/live.json", encoding="utf-8") as file:
+        summary = json.load(file)
+    return {math.floor((times_ns[tick] - first_ns) * 1e-9 * RATE_HZ): points[tick] for tick in points}, summary
+
+
+def track_files(box, take):
+    """Points by tick of the same pictures, read from files."""
+    glint("track", f"images:{take}", "--rig", f"{box}/rig.toml", "--device", "cpu", "--background", box, "--quiet",
+          "--output", f"csv:{box}/file.csv")
+    return points_of(f"{box}/file.csv")[0]
+
+
+def main():
+    verdict = guest_test.Verdict()
+    with tempfile.TemporaryDirectory() as box:
+        from_files = track_files(box, prepare(box, TICKS))
+        live, _ = track_live(box, WANTED_SETS)
+    compared = worst = same = 0
+    for pulse, points in sorted(live.items()):
+        verdict.expect(pulse in from_files, f"pulse {pulse} is in no file")
+        for point in points:
+            apart = min((math.dist(point, other) for other in from_files.get(pulse, [])), default=math.inf)
+            compared += 1
+            same += apart == 0
+            worst = max(worst, apart)
+            verdict.expect(apart <= MOST_APART_M, f"pulse {pulse}: a point {apart} m from the nearest of the file run")
+        # New tracks are confirmed after some frames, so the first sets of a run hold fewer.
+        if pulse >= min(live) + 5:
+            verdict.expect(len(points) == len(from_files.get(pulse, [])),
+                           f"pulse {pulse}: {len(points)} points, {len(from_files.get(pulse, []))} in the file run")
+    print(f"{len(live)} pulses, {compared} points, {same} of them the same to the last digit, worst {worst * 1e6:.3f} um apart")
+    verdict.expect(len(live) >= WANTED_SETS - 5, f"only {len(live)} frame sets have points")
+    verdict.finish()
+
+
+if __name__ == "__main__":
+    main()
