@@ -39,15 +39,16 @@ run_tests() {
   cp "build/$preset/Testing/Temporary/LastTest.log" "$logs/$preset-$name.log" 2>/dev/null || true
 }
 
+# build PRESET TARGET
 build() {
   say "build $1"
   if [ ! -e "build/$1/build.ninja" ]; then cmake --preset "$1"; fi
-  cmake --build --preset "$1"
+  cmake --build --preset "$1" --target "$2"
 }
 
 say "packages"
 host/install_packages run build test
-build dev
+build dev all
 run_tests dev steps -LE 'system|device' -j "$jobs"
 # Tests of whole runs are paced by a clock: nothing else may run beside them.
 if ctest --preset dev -N -L system | grep -q '^  *Test *#'; then run_tests dev system -L system; fi
@@ -63,8 +64,8 @@ if [ "$with_asan" = 0 ]; then
 elif [ "$SECONDS" -gt "$asan_latest_start_s" ]; then
   notes+=("sanitizers: $((SECONDS / 60)) minutes are gone already; run them with: cmake --workflow --preset asan")
 else
-  build asan
-  run_tests asan steps -L 'unit|gpu' -LE 'slow|system' -j "$jobs"
+  build asan test_programs
+  run_tests asan steps -L 'unit|gpu' -LE slow -j "$jobs"
 fi
 
 say "totals"

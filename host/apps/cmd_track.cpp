@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 // `glint track`: any source in, tracked points out.
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
 
+#include "host/apps/alignment_text.hpp"
 #include "host/apps/commands.hpp"
+#include "host/apps/real_time_arguments.hpp"
 #include "host/apps/run_arguments.hpp"
 #include "host/apps/run_summary.hpp"
 #include "host/apps/status_line.hpp"
@@ -24,26 +27,36 @@ namespace {
 struct TrackArguments {
   RunArguments run;
   std::string output = "none", report, summary;
+  RealTimeArguments real_time;
   bool force = false, quiet = false;
 };
 
 /// The output thread's part of a run: sinks, recorder, score, status line.
 class TrackOutput {
  public:
-  TrackOutput(const OutputSpec& spec, const Scene* scene, bool quiet)
-      : sink_(make_track_sink(spec)), status_(quiet) {
+  TrackOutput(const OutputSpec& spec, const Scene* scene, std::vector<std::string> cameras, bool quiet)
+      : sink_(make_track_sink(spec)), cameras_(std::move(cameras)), status_(quiet) {
     if (scene != nullptr) score_.emplace(*scene);
   }
 
   void take(const TickResult& tick, TrackPipeline& pipeline) {
     if (!first_) first_ = tick;
     last_delivered_ = tick.delivered;
-    if (sink_->write({tick.trigger, tick.exposed, tick.points}) != SinkStatus::Ok && sink_problem_.empty()) {
+    TrackRow row{tick.trigger, tick.exposed, tick.points, tick.frames, std::nullopt, std::nullopt};
+    if (tick.live) row.exposed_error_s = tick.live->exposed_error_s, row.stamped = tick.live->stamped;
+    row.unproven = tick.unproven;
+    row.dark = tick.dark;
+    for (const AlignmentEvent& event : tick.events) print_event(event_text(event, cameras_));
+    if (sink_->write(row) != SinkStatus::Ok && sink_problem_.empty()) {
       sink_problem_ = sink_->problem();
       std::fprintf(stderr, "glint: output: %s; the run ends\n", sink_problem_.c_str());
       pipeline.stop();
     }
-    recorder_.add({tick.exposed, tick.points, tick.detection_s(), tick.end_to_end_s()});
+    recorder_.add({tick.exposed, tick.points, tick.detection_s(), tick.end_to_end_s(), since_stamp_s(tick)});
+    if (tick.live) {
+      time_error_.add(tick.live->exposed_error_s);
+      stamp_ = tick.live->stamp;
+    }
     for (const TrackedPoint& point : tick.points) highest_id_ = std::max(highest_id_, number(point.id));
     if (score_) {
       scored_.clear();
@@ -65,6 +78,9 @@ class TrackOutput {
   void fill(RunSummary& summary) const {
     summary.detection = recorder_.detection();
     summary.end_to_end = recorder_.end_to_end();
+    summary.stamp_to_output = recorder_.stamp_to_output();
+    summary.time_error = time_error_;
+    summary.stamp = stamp_;
     summary.ids = highest_id_;
     summary.wall_s = first_ ? seconds_between(first_->delivered, last_delivered_) : 0.0;
     summary.rate_hz = summary.wall_s > 0.0 ? static_cast<double>(ticks_ - 1) / summary.wall_s : 0.0;
@@ -73,6 +89,12 @@ class TrackOutput {
   void fill(ReportData& report) const { recorder_.fill(report); }
 
  private:
+  /// Negative where there is no stamp. Some drivers stamp a little ahead of time: then it took no time at
+  /// all.
+  static double since_stamp_s(const TickResult& tick) noexcept {
+    if (!tick.live) return -1.0;
+    return std::max(0.0, seconds_between(tick.live->stamped, std::chrono::steady_clock::now()));
+  }
   void show(const TickResult& tick, TrackPipeline& pipeline) {
     Status s;
     s.since_start_s = seconds_between(first_->delivered, tick.delivered);
@@ -81,8 +103,10 @@ class TrackOutput {
     s.points_per_tick = static_cast<double>(points_ - lap_points_) /
                         static_cast<double>(std::max<std::uint64_t>(1, ticks_ - lap_ticks_));
     s.detection_p50_s = recorder_.detection().quantile_s(0.5);
-    s.end_to_end_p50_s = recorder_.end_to_end().quantile_s(0.5);
-    s.end_to_end_p99_s = recorder_.end_to_end().quantile_s(0.99);
+    s.from_stamp = recorder_.stamp_to_output().count() > 0;
+    const LatencyHistogram& latency = s.from_stamp ? recorder_.stamp_to_output() : recorder_.end_to_end();
+    s.latency_p50_s = latency.quantile_s(0.5);
+    s.latency_p99_s = latency.quantile_s(0.99);
     const InputCounters input = pipeline.input().counters();
     s.missed = input.dropped + input.late + pipeline.counters().results_dropped;
     status_.show(s);
@@ -93,9 +117,12 @@ class TrackOutput {
   }
 
   std::unique_ptr<TrackSink> sink_;
+  std::vector<std::string> cameras_;
   std::string sink_problem_;
   StatusLine status_;
   ReportRecorder recorder_;
+  LatencyHistogram time_error_;
+  StampPoint stamp_ = StampPoint::HostArrival;
   std::optional<Score> score_;
   std::vector<ScoredPoint> scored_;
   std::optional<TickResult> first_;
@@ -118,10 +145,12 @@ void run(const TrackArguments& a) {
   StopSignal stop_signal;  // before any thread
   std::optional<ReportFile> report_file;
   if (!a.report.empty()) report_file.emplace(a.report, true);
-  OpenedRun opened = open_run(a.run, true);
-  std::optional<TrackOutput> output(std::in_place, spec, opened.scene.get(), a.quiet);
-
+  std::optional<RealTime> real_time = make_real_time(a.real_time, a.run);
+  OpenedRun opened = open_run(a.run, true, real_time ? &*real_time : nullptr);
   RunSummary summary;
+  for (const SourceCamera& camera : opened.input->cameras()) summary.cameras.push_back(camera.name);
+  std::optional<TrackOutput> output(std::in_place, spec, opened.scene.get(), summary.cameras, a.quiet);
+
   summary.source = a.run.source;
   summary.rig = opened.rig.path.empty() ? opened.rig.name : opened.rig.path.string();
   summary.device = opened.input->device_name();
@@ -132,15 +161,27 @@ void run(const TrackArguments& a) {
     for (const std::string& note : opened.notes) std::fprintf(stderr, "glint: %s\n", note.c_str());
   }
 
-  TrackPipeline pipeline(std::move(opened.input), opened.rig.calibration, opened.rig.match, opened.rig.track);
+  std::function<void()> on_track_thread;
+  if (real_time) on_track_thread = [&real_time] { real_time->enter(ThreadRole::Tracking); };
+  TrackPipeline pipeline(std::move(opened.input), opened.rig.calibration, opened.rig.match, opened.rig.track,
+                         on_track_thread);
+  if (real_time) {
+    real_time->lock_memory();
+    const std::string refusal = real_time->state().refusal;
+    if (!refusal.empty()) {
+      std::fprintf(stderr, "glint: not in real time: %s; %s (or --realtime=off)\n", refusal.c_str(),
+                   std::string(kLimitsAdvice).c_str());
+    }
+  }
   const StopSignal::Handler on_stop(stop_signal, [&pipeline] { pipeline.stop(); });
   const ReadStatus end = pipeline.run([&](const TickResult& tick) { output->take(tick, pipeline); });
   const std::string output_problem = output->finish();
   output->fill(summary);
+  if (real_time) summary.real_time = real_time->state();
   summary.counters = pipeline.counters();
   summary.input = pipeline.input().counters();
   if (const Ledger* const ledger = pipeline.input().ledger()) summary.ledger = *ledger;
-  for (const SourceCamera& camera : pipeline.input().cameras()) summary.cameras.push_back(camera.name);
+  if (const CodeReport* const code = pipeline.input().code()) summary.code = *code;
   ReportData report;
   if (report_file) output->fill(report);
   output.reset();  // ends the status line
@@ -174,6 +215,7 @@ void add_track(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--report", a->report, "write a page with a picture of cameras and trajectories");
   command->add_option("--summary", a->summary, "write the summary as JSON");
+  add_real_time_options(*command, a->real_time);
   command->add_flag("--force", a->force, "replace an existing output file");
   command->add_flag("--quiet", a->quiet, "no status line, no summary");
   command->callback([a] { run(*a); });

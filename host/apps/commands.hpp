@@ -11,6 +11,7 @@ void add_bench(CLI::App& app);
 void add_config(CLI::App& app);
 void add_detect(CLI::App& app);
 void add_devices(CLI::App& app);
+void add_doctor(CLI::App& app);
 void add_import(CLI::App& app);
 void add_sim(CLI::App& app);
 void add_track(CLI::App& app);

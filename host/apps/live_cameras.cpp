@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cstdio>
 
+#include "host/assemble/code_alignment.hpp"
 #include "host/base/error.hpp"
 #include "host/capture/camera_names.hpp"
 
@@ -105,13 +106,13 @@ std::vector<ControlSetting> controls_of(const Rig& rig, const std::string& camer
   return settings;
 }
 
+}  // namespace
+
 void print_event(const std::string& text) {
   // The status line may stand there unfinished.
   const char* const clear = isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "";
   std::fprintf(stderr, "%sglint: %s\n", clear, text.c_str());
 }
-
-}  // namespace
 
 V4l2Options live_options(std::string_view devices, double pulse_rate_hz, const Rig& rig,
                          const LiveArguments& arguments) {
@@ -131,6 +132,8 @@ V4l2Options live_options(std::string_view devices, double pulse_rate_hz, const R
   V4l2Options options;
   options.assemble.rate_hz = pulse_rate_hz;
   if (rig.capture.deadline_ms > 0.0) options.assemble.deadline_s = rig.capture.deadline_ms * 1e-3;
+  // A camera that was behind makes the others wait by so many pulses once it is corrected.
+  if (rig.sync.code_seed != 0) options.assemble.most_sets_waiting += CodeAlignment::kMostSlip;
   options.feed.on_event = print_event;
   for (std::size_t n = 0; n < named.size(); ++n) {
     CameraRequest camera;

@@ -21,4 +21,7 @@ struct LiveArguments {
 V4l2Options live_options(std::string_view devices, double pulse_rate_hz, const Rig& rig,
                          const LiveArguments& arguments);
 
+/// One line on standard error about something that has happened while a run goes on. Any thread.
+void print_event(const std::string& text);
+
 }  // namespace glint::apps

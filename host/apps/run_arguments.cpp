@@ -54,6 +54,7 @@ Rig make_rig(const RunArguments& a, const Scene* scene) {
     rig.calibration = scene->calibration();
     rig.rate_hz = scene->options().rate_hz;
     rig.marker_radius_m = rig.match.marker_radius_m = scene->options().marker_radius_m;
+    rig.sync = {scene->options().code_seed, scene->options().code_group};
   }
   if (!a.device.empty()) rig.gpu.device = a.device;
   if (a.depth) rig.gpu.depth = *a.depth;
@@ -165,14 +166,18 @@ std::uint64_t sets_wanted(const RunArguments& a, double rate_hz) {
   return a.max_ticks == 0 ? sets : std::min(a.max_ticks, sets);
 }
 
-void open_frames(OpenedRun& run, const RunArguments& a, FrameInputOptions options) {
+void open_frames(OpenedRun& run, const RunArguments& a, FrameInputOptions options, RealTime* real_time) {
+  if (real_time != nullptr)
+    options.on_capture_thread = [real_time] { real_time->enter(ThreadRole::Assembly); };
   const auto open = [&]() -> std::unique_ptr<FrameSource> {
     if (run.scene)
       return std::make_unique<SimSource>(*run.scene, SimSourceOptions{options.pace.pace != Pace::Fastest, 0});
     if (a.source.starts_with(kLive)) {
       const bool rate_known = a.rate_hz || !a.rig_file.empty();
-      return std::make_unique<V4l2Source>(live_options(std::string_view(a.source).substr(kLive.size()),
-                                                       rate_known ? run.rig.rate_hz : 0.0, run.rig, a.live));
+      V4l2Options live = live_options(std::string_view(a.source).substr(kLive.size()),
+                                      rate_known ? run.rig.rate_hz : 0.0, run.rig, a.live);
+      if (real_time != nullptr) live.feed.on_thread = [real_time] { real_time->enter(ThreadRole::Camera); };
+      return std::make_unique<V4l2Source>(live);
     }
     return open_image_source(a.source.substr(kImages.size()), image_options(a, run.rig));
   };
@@ -217,7 +222,7 @@ void add_run_options(CLI::App& command, RunArguments& a, const std::string& sour
   add_sim_options(command, a.sim);
 }
 
-OpenedRun open_run(const RunArguments& a, bool rig_needed) {
+OpenedRun open_run(const RunArguments& a, bool rig_needed, RealTime* real_time) {
   const bool simulated = a.source == "sim";
   const bool images = a.source.starts_with(kImages), blobs = a.source.starts_with(kBlobs);
   if (!simulated && !images && !blobs && !a.source.starts_with(kLive)) {
@@ -253,7 +258,12 @@ OpenedRun open_run(const RunArguments& a, bool rig_needed) {
   options.detector.max_blobs_per_camera = run.rig.detect.max_blobs_per_camera;
   options.detector.depth = run.rig.gpu.depth;
   options.pace = pace;
-  open_frames(run, a, options);
+  if (run.rig.sync.code_seed != 0) {
+    const std::uint32_t group = run.rig.sync.code_group;
+    options.code.emplace(run.rig.sync.code_seed,
+                         group != 0 ? group : PulseCode::recommended_group(run.rig.rate_hz));
+  }
+  open_frames(run, a, options, real_time);
   return run;
 }
 

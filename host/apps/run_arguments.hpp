@@ -13,6 +13,7 @@
 #include "host/apps/sim_arguments.hpp"
 #include "host/config/rig.hpp"
 #include "host/pipeline/tick_input.hpp"
+#include "host/realtime/real_time.hpp"
 #include "host/sim/scene.hpp"
 
 namespace glint::apps {
@@ -41,6 +42,7 @@ struct OpenedRun {
 
 /// Opens the source, makes the detector and its limit images. `rig_needed`: without a rig file only sim has
 /// one; detect works without. Throws UsageError, Error, gpu::Error.
-OpenedRun open_run(const RunArguments& arguments, bool rig_needed);
+/// `real_time`: what capturing threads enter; nullptr: nothing. It must outlive the input.
+OpenedRun open_run(const RunArguments& arguments, bool rig_needed, RealTime* real_time = nullptr);
 
 }  // namespace glint::apps

@@ -9,6 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "host/apps/alignment_text.hpp"
+
 namespace glint::apps {
 namespace {
 
@@ -42,6 +44,52 @@ constexpr std::array<const char*, kFrameFates> kFateNames{
     "used", "late", "skipped", "lost by host", "lost by camera", "corrupt", "dark"};
 constexpr std::array<const char*, kFrameFates> kFateKeys{
     "used", "late", "skipped", "lost_by_host", "lost_by_camera", "corrupt", "dark"};
+
+const char* stamp_key(StampPoint stamp) {
+  switch (stamp) {
+    case StampPoint::StartOfExposure:
+      return "start_of_exposure";
+    case StampPoint::MiddleOfExposure:
+      return "middle_of_exposure";
+    case StampPoint::EndOfFrame:
+      return "end_of_frame";
+    case StampPoint::HostArrival:
+      break;
+  }
+  return "host_arrival";
+}
+
+/// What the driver's stamp leaves out or holds.
+const char* stamp_note(StampPoint stamp) {
+  switch (stamp) {
+    case StampPoint::StartOfExposure:
+      return "p50 / p99 / max; stamps mark the start of the exposure or of the transfer, which is in it";
+    case StampPoint::MiddleOfExposure:
+      return "p50 / p99 / max; stamps mark the middle of the exposure";
+    case StampPoint::EndOfFrame:
+      return "p50 / p99 / max; stamps mark the end of the transfer";
+    case StampPoint::HostArrival:
+      break;
+  }
+  return "p50 / p99 / max; no stamp of the driver was usable: from arrival";
+}
+
+nlohmann::ordered_json real_time_json(const RealTimeState& state) {
+  nlohmann::ordered_json threads = nlohmann::ordered_json::array();
+  for (std::size_t n = 0; n < kThreadRoles; ++n) {
+    const ThreadRole role{static_cast<std::uint8_t>(n)};
+    threads.push_back({{"name", name_of(role)},
+                       {"started", state.threads[n]},
+                       {"priority", fifo_priority(role)},
+                       {"fifo", state.fifo[n]},
+                       {"pinned", state.pinned[n]}});
+  }
+  return {{"mode", name_of(state.mode)},
+          {"threads", std::move(threads)},
+          {"memory_locked", state.memory_locked},
+          {"cpus", state.cpus},
+          {"refusal", state.refusal}};
+}
 
 /// "1000 pulses: 990 used, 10 late"
 std::string ledger_text(const CameraLedger& camera, std::uint64_t pulses) {
@@ -92,6 +140,10 @@ std::vector<ReportRow> summary_rows(const RunSummary& s) {
     add("end to end", latency(s.end_to_end), "p50 / p99 / max, last byte in to points out", true);
     add("detection", latency(s.detection), "p50 / p99 / max");
   }
+  if (s.stamp_to_output.count() > 0) {
+    add("driver's stamp to output", latency(s.stamp_to_output), stamp_note(s.stamp), true);
+    add("time of exposure known to", latency(s.time_error), "p50 / p99 / max, bound of the error");
+  }
   if (s.score) {
     const ScoreResult& r = *s.score;
     add("RMS error", millimetres(r.rms_m),
@@ -127,6 +179,9 @@ std::vector<ReportRow> summary_rows(const RunSummary& s) {
     const CameraLedger& camera = s.ledger->cameras[i];
     add("camera " + s.cameras.at(i), ledger_text(camera, s.ledger->pulses), refused_text(camera));
   }
+  if (s.code) {
+    for (ReportRow& row : alignment_rows(*s.code, s.cameras)) rows.push_back(std::move(row));
+  }
   const SourceCounters& f = s.input.source;
   if (!s.ledger && f.missing + f.damaged + f.late + f.duplicated + f.no_slot > 0) {
     add("frames lost by the source",
@@ -138,6 +193,7 @@ std::vector<ReportRow> summary_rows(const RunSummary& s) {
   add("source", s.source);
   add("rig", s.rig);
   add("device", s.device);
+  if (s.real_time) add("real time", text_of(*s.real_time), s.real_time->refusal);
   return rows;
 }
 
@@ -173,7 +229,14 @@ std::string summary_json(const RunSummary& s) {
   const SourceCounters& f = s.input.source;
   j["frames"] = {{"delivered", f.frames}, {"missing", f.missing},       {"damaged", f.damaged},
                  {"late", f.late},        {"duplicated", f.duplicated}, {"no_slot", f.no_slot}};
+  if (s.stamp_to_output.count() > 0) {
+    j["stamp_to_output"] = latency_json(s.stamp_to_output);
+    j["stamp_to_output"]["stamp"] = stamp_key(s.stamp);
+    j["time_error"] = latency_json(s.time_error);
+  }
+  if (s.real_time) j["real_time"] = real_time_json(*s.real_time);
   if (s.ledger) j["ledger"] = ledger_json(s);
+  if (s.code) j["alignment"] = alignment_json(*s.code, s.cameras);
   if (s.score) {
     const ScoreResult& r = *s.score;
     j["score"] = {{"recall", r.recall},

@@ -6,10 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "host/assemble/code_alignment.hpp"
 #include "host/assemble/ledger.hpp"
 #include "host/output/report.hpp"
 #include "host/output/report_recorder.hpp"
 #include "host/pipeline/track_pipeline.hpp"
+#include "host/realtime/real_time.hpp"
 #include "host/sim/score.hpp"
 
 namespace glint::apps {
@@ -20,10 +22,14 @@ struct RunSummary {
   TrackCountersSnapshot counters;
   InputCounters input;
   std::optional<Ledger> ledger;      ///< only of live cameras
+  std::optional<CodeReport> code;    ///< only with coded pulses
   std::vector<std::string> cameras;  ///< their names
   std::uint64_t ids = 0;
   LatencyHistogram detection, end_to_end;
-  std::optional<ScoreResult> score;  ///< only against a simulator's truth
+  LatencyHistogram stamp_to_output, time_error;  ///< only of live cameras
+  StampPoint stamp = StampPoint::HostArrival;    ///< what the last driver's stamp marked
+  std::optional<RealTimeState> real_time;        ///< only where it was to be had
+  std::optional<ScoreResult> score;              ///< only against a simulator's truth
 
   /// Frame sets that came to nothing or too late: dropped, delivered late, or not written.
   std::uint64_t missed() const noexcept { return input.dropped + input.late + counters.results_dropped; }

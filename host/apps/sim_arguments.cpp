@@ -32,6 +32,13 @@ void add_sim_options(CLI::App& command, SimArguments& arguments) {
   add("--duplicate-rate", o.faults.duplicate_rate, "share of frames replaced by the one before");
   add("--late-rate", o.faults.late_rate, "share of frames that arrive after their set");
   add("--extra-noise", o.faults.extra_noise_grey, "grey levels of noise on top");
+  add("--code-seed", o.code_seed, "coded pulses: seed of the dark ones; 0: the light is always on");
+  add("--code-group", o.code_group, "pulses for each dark one; 0: as recommended for the rate");
+  add("--code-first", o.code_first, "number that the sync board gives to the first pulse");
+  command
+      .add_option("--slip", arguments.slip,
+                  "CAMERA:TICK:PULSES, a camera that shows earlier exposures from then on")
+      ->group(group);
   command
       .add_option("--bump", arguments.bump,
                   "CAMERA:TICK:DEGREES, turn a camera that the calibration does not know of")
@@ -51,6 +58,17 @@ SimOptions checked_sim_options(const SimArguments& arguments) {
       throw UsageError("--bump " + arguments.bump + ": must be CAMERA:TICK:DEGREES, like 2:450:0.5");
     }
     options.faults.bump = SimBump{camera - 1, tick, degrees * std::numbers::pi / 180.0};
+  }
+  if (!arguments.slip.empty()) {
+    unsigned camera = 0;
+    unsigned long long tick = 0;
+    int pulses = 0;
+    char rest = 0;
+    if (std::sscanf(arguments.slip.c_str(), "%u:%llu:%d%c", &camera, &tick, &pulses, &rest) != 3 ||
+        camera == 0) {
+      throw UsageError("--slip " + arguments.slip + ": must be CAMERA:TICK:PULSES, like 2:450:3");
+    }
+    options.faults.slip = SimSlip{camera - 1, tick, pulses};
   }
   options.check(problems);
   if (problems.empty()) return options;

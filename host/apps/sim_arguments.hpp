@@ -11,6 +11,7 @@ namespace glint::apps {
 struct SimArguments {
   SimOptions options;
   std::string bump;  ///< CAMERA:TICK:DEGREES
+  std::string slip;  ///< CAMERA:TICK:PULSES
 };
 
 void add_sim_options(CLI::App& command, SimArguments& arguments);

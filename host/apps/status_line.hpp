@@ -12,7 +12,9 @@ namespace glint::apps {
 struct Status {
   double since_start_s = 0.0, rate_hz = 0.0;
   double points_per_tick = 0.0;
-  double detection_p50_s = 0.0, end_to_end_p50_s = 0.0, end_to_end_p99_s = 0.0;
+  double detection_p50_s = 0.0;
+  bool from_stamp = false;  ///< the latency is that from the driver's stamp to the output, else end to end
+  double latency_p50_s = 0.0, latency_p99_s = 0.0;
   std::uint64_t missed = 0;
 };
 

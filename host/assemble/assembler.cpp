@@ -67,6 +67,8 @@ struct Assembler::Impl {
     StampPoint stamp = StampPoint::HostArrival;
     bool present = true;
     bool heard = false;  // has ever delivered
+    std::uint32_t run = 0;
+    int shifted = 0;
     bool waited_for() const noexcept { return present && clock.locked(); }
     bool fits(const PulseGrid& grid) const noexcept {
       return clock.locked() && clock.scatter_s() < CameraClock::kMostScatter * grid.period_s();
@@ -174,6 +176,9 @@ void Assembler::Impl::add(Frame frame, Timestamp arrived) noexcept {
   }
   const CameraId id = frame.camera;
   const bool whole = !frame.damaged;
+  if (!placement->regular) ++camera.run;
+  frame.run = camera.run;
+  frame.shifted = camera.shifted;
   if (placement->out_of_order) window.came_after_all(id, placement->pulse);
   const bool news = window.put(placement->pulse, std::move(frame), arrived);
   if (placement->lost_by_host > 0) {
@@ -211,7 +216,10 @@ bool Assembler::Impl::ready_to_start() noexcept {
   return any && (all || patience_over);
 }
 
-void Assembler::Impl::lock(Camera& camera) noexcept { camera.clock.lock(grid, usual_offset_s(camera)); }
+void Assembler::Impl::lock(Camera& camera) noexcept {
+  camera.clock.lock(grid, usual_offset_s(camera));
+  ++camera.run;
+}
 
 /// Finds the grid's phase and the pulse with which counting begins, or goes on.
 void Assembler::Impl::start() noexcept {
@@ -355,7 +363,9 @@ void Assembler::add(Frame frame, Timestamp arrived) noexcept { impl_->add(std::m
 
 void Assembler::set_present(CameraId camera, bool present) noexcept {
   GLINT_CHECK(index(camera) < impl_->cameras.size());
-  impl_->cameras[index(camera)].present = present;
+  Impl::Camera& it = impl_->cameras[index(camera)];
+  it.present = present;
+  if (!present) ++it.run;
 }
 
 void Assembler::add_pulse(TriggerNo trigger, Timestamp fired, bool lights_on) noexcept {
@@ -377,8 +387,12 @@ void Assembler::add_pulse(TriggerNo trigger, Timestamp fired, bool lights_on) no
 
 void Assembler::shift(CameraId camera, int pulses) noexcept {
   GLINT_CHECK(index(camera) < impl_->cameras.size());
+  if (pulses == 0) return;
   impl_->window.drop_held(camera);
-  impl_->cameras[index(camera)].clock.shift(impl_->grid, pulses);
+  Impl::Camera& it = impl_->cameras[index(camera)];
+  it.clock.shift(impl_->grid, pulses);
+  it.shifted += pulses;
+  ++it.run;
 }
 
 bool Assembler::next(FrameSet& set, Timestamp now) noexcept {
@@ -389,16 +403,18 @@ bool Assembler::next(FrameSet& set, Timestamp now) noexcept {
   bool behind = false;
   while (my.window.open() && my.can_go(my.window.head(), now_s)) {
     const std::int64_t pulse = my.window.head();
-    if (my.grid.dark(pulse) || !my.window.has_frames(pulse)) {
+    const bool dark = my.grid.dark(pulse);
+    if (!my.window.has_frames(pulse)) {
       my.window.retire(FrameFate::Dark, nullptr);
       continue;
     }
     behind = behind || my.is_old(pulse, now_s);
     if (behind && my.newer_can_go(now_s)) {
-      my.window.retire(FrameFate::Skipped, nullptr);
+      my.window.retire(dark ? FrameFate::Dark : FrameFate::Skipped, nullptr);
       continue;
     }
-    my.window.retire(FrameFate::Used, &set);
+    my.window.retire(dark ? FrameFate::Dark : FrameFate::Used, &set);
+    set.dark = dark;
     set.trigger = TriggerNo{static_cast<std::uint64_t>(pulse)};
     set.exposed = my.exposed(pulse);
     return true;

@@ -59,12 +59,15 @@ class Assembler {
   /// the set goes.
   void add_pulse(TriggerNo trigger, Timestamp fired, bool lights_on) noexcept;
   /// Frames of this camera belong to pulses that many later (earlier if negative) than they were taken for,
-  /// as coded pulses have shown. Those that it has in sets not taken yet are dropped (Skipped).
+  /// as coded pulses have shown. Those that it has in sets not taken yet are dropped (Skipped). Adds to
+  /// earlier shifts; Frame::shifted is the sum.
   void shift(CameraId camera, int pulses) noexcept;
 
   /// The next set in order of pulses: complete, or its deadline is over at `now`. Gives back the frames still
-  /// in `set` first. False: none is due. Pulses without a usable frame are counted and passed over. Once the
-  /// oldest set is more than two periods old, all but the newest that could go are dropped (Skipped).
+  /// in `set` first. False: none is due. Pulses without a usable frame are counted and passed over; dark ones
+  /// are handed on with FrameSet::dark, because their pictures prove that all cameras are in step (Dark).
+  /// Once the oldest set is more than two periods old, all but the newest that could go are dropped
+  /// (Skipped).
   [[nodiscard]] bool next(FrameSet& set, Timestamp now) noexcept;
   /// When next() can give something at the latest without a further frame; none while nothing waits.
   std::optional<Timestamp> due() const noexcept;

@@ -16,8 +16,10 @@ constexpr double kMargin = 13.8;     // ln(1e6): how much likelier the best puls
 constexpr double kNeverSent = 0.02;  // chance that the pulse before brought no frame and no gap
 constexpr double kTwice = 0.01;      // chance that the pulse brought two frames
 constexpr double kLeastWeight = 1e-9;
-constexpr double kWidestGate = 6.0;          // standard deviations ...
-constexpr double kNarrowestGate = 0.25;      // ... but at least so many periods
+constexpr double kWidestGate = 6.0;      // standard deviations ...
+constexpr double kNarrowestGate = 0.25;  // ... but at least so many periods
+// Much may make a frame late, nothing makes it early: one that is may be a late one of the pulse before.
+constexpr double kEarlyGate = 5.0;           // standard deviations of the normal part
 constexpr double kLeastScatter = 1.0 / 400;  // of the period
 constexpr double kScatterGain = 1.0 / 128, kScatterBound = 25.0;
 // Errors are taken for the sum of a uniform and a normal one: rounded stamps are uniform. The fourth moment
@@ -54,6 +56,7 @@ void CameraClock::collect(const FrameStamp& stamp, double usual_latency_s) noexc
                                           static_cast<std::uint64_t>(stamp.stamped_ns));
     collected_ = 0;
   }
+  if (last_) ++last_->delivered_since;
   const double stamped_s = on_host_clock(stamp.stamped_ns);
   samples_[collected_++ % kStamps] = {stamped_s, stamp.arrived_s - stamped_s, stamp.sequence};
 }
@@ -165,7 +168,9 @@ std::optional<Placement> CameraClock::place(const PulseGrid& grid, const FrameSt
   if (!overtaken) belief_ = belief;
 
   const double gate = std::max(kNarrowestGate * period, kWidestGate * std::sqrt(variance_ + more));
-  if (score[best] - next_score < kMargin || std::abs(error(pulse)) > gate || !grid.credible(pulse)) {
+  const double earliest = -std::min(gate, flat + kEarlyGate * std::sqrt(normal + more));
+  const bool fits = error(pulse) >= earliest && error(pulse) <= gate;
+  if (score[best] - next_score < kMargin || !fits || !grid.credible(pulse)) {
     learn_scatter(error(nearest), period);
     return give_up();
   }
@@ -174,8 +179,9 @@ std::optional<Placement> CameraClock::place(const PulseGrid& grid, const FrameSt
 
 Placement CameraClock::placed(std::int64_t pulse, double stamped_s, std::uint32_t sequence) noexcept {
   unplaced_ = 0;
-  Placement result{pulse, stamped_s, pulse, 0, false};
+  Placement result{pulse, stamped_s, pulse, 0, false, false};
   const std::int64_t ahead = last_ ? static_cast<std::int32_t>(sequence - last_->sequence) : 0;
+  result.regular = last_ && ahead != 0 && pulse - last_->pulse == ahead;
   if (last_ && ahead < 0 && pulse <= last_->pulse) {  // the newer one stays the last
     result.out_of_order = true;
     return result;

@@ -27,6 +27,9 @@ struct Placement {
   std::uint64_t lost_by_host = 0;
   /// An earlier frame than the last; it was taken for lost by the host.
   bool out_of_order = false;
+  /// Since the frame before, pulses and sequence numbers have advanced alike. If not, there may be a frame
+  /// waiting in the camera that was not before, or the other way round.
+  bool regular = false;
 };
 
 /// First collects stamps, then, once lock()ed to the grid, places frames and follows its offset (stamp minus

@@ -59,6 +59,13 @@ struct CaptureSettings {
   void check(std::vector<std::string>& problems) const;
 };
 
+/// Section [sync]: coded pulses (host/base/pulse_code.hpp).
+struct SyncSettings {
+  std::uint32_t code_seed = 0;   ///< as the sync board has it; 0: the light is never off on purpose
+  std::uint32_t code_group = 0;  ///< pulses for each dark one; 0: as recommended for the rate
+  void check(std::vector<std::string>& problems) const;
+};
+
 /// One rig file with its calibration. A Rig that read_rig() returned is complete and within range.
 struct Rig {
   std::string name = "rig";
@@ -69,6 +76,7 @@ struct Rig {
   DetectSettings detect;
   MatchOptions match;
   TrackOptions track;
+  SyncSettings sync;
   CaptureSettings capture;
   std::filesystem::path path;  ///< the file it was read from; empty: defaults
   std::filesystem::path

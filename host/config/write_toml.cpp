@@ -138,6 +138,9 @@ std::string to_toml(const Rig& rig) {
   text += "max_speed_m_s = " + exact_text(rig.track.max_speed_m_s) + "\n";
   text += "confirm_frames_two_views = " + std::to_string(rig.track.confirm_frames_two_views) + "\n";
   text += "max_missed_frames = " + std::to_string(rig.track.max_missed_frames) + "\n";
+  text += "\n[sync]\n";
+  text += "code_seed = " + std::to_string(rig.sync.code_seed) + "  # 0: no coded pulses\n";
+  text += "code_group = " + std::to_string(rig.sync.code_group) + "  # 0: as recommended for the rate\n";
   return text + capture_text(rig.capture);
 }
 

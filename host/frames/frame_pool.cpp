@@ -34,6 +34,8 @@ Frame& Frame::operator=(Frame&& other) noexcept {
   stamped = other.stamped;
   stamp = other.stamp;
   damaged = other.damaged;
+  run = other.run;
+  shifted = other.shifted;
   pool_ = std::exchange(other.pool_, nullptr);
   slot_ = std::exchange(other.slot_, 0);
   return *this;

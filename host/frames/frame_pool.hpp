@@ -40,6 +40,11 @@ class Frame {
   Timestamp stamped{};
   StampPoint stamp = StampPoint::HostArrival;
   bool damaged = false;  ///< the driver or the decoder said so; must not be detected on
+  /// Frames of one run follow each other as regularly as the pulses do: their stamps and sequence numbers
+  /// advance alike. Between two runs the camera may have slipped by whole pulses. Set where frames are
+  /// paired.
+  std::uint32_t run = 0;
+  int shifted = 0;  ///< so many pulses later than its stamp says, because FrameSource::shift() asked for it
 
   /// Writable pixels of the slot: height_px rows of stride_bytes.
   std::span<std::uint8_t> pixels() noexcept;
@@ -87,12 +92,24 @@ class FramePool {
   std::size_t bytes_ = 0;
 };
 
+/// What live cameras tell of a frame set beside its pictures.
+struct LiveTimes {
+  Timestamp stamped{};                         ///< latest of its frames' stamps
+  StampPoint stamp = StampPoint::HostArrival;  ///< what that stamp marks
+  Timestamp arrived{};                         ///< when the last frame had come, before it waited for others
+  /// Half-width of an interval about FrameSet::exposed that holds the middle of the exposure.
+  double exposed_error_s = 0.0;
+};
+
 /// One exposure of the rig; a camera's frame may be missing.
 struct FrameSet {
   TriggerNo trigger{};
   Timestamp exposed{};    ///< middle of the exposure; for recordings without clocks trigger / rate
   Timestamp delivered{};  ///< when the last byte was in host memory
   std::array<std::optional<Frame>, gpu::kMaxCameras> frames;
+  bool dark = false;  ///< the sync board says that the light was off; false without a board
+  std::optional<LiveTimes>
+      live;  ///< only where stamps are of the host's clock: not of recordings, nor simulated
 };
 
 }  // namespace glint

@@ -46,12 +46,25 @@ class FrameSource {
   /// Fills `set` with the next exposure: its frames are taken from `pool`. Frames still in `set` are given
   /// back first. A camera without a (usable) frame is left empty and counted. May block.
   [[nodiscard]] virtual ReadStatus read(FramePool& pool, FrameSet& set) noexcept = 0;
+  /// What becomes of that camera's pictures: only pixels above `limit` (width * height, rows without gaps,
+  /// borrowed for the call) matter from the next read() on. A source that decodes may spare itself the
+  /// others, which may then have any value that is not above it. Not while it gives frames: before the first
+  /// read(), or after let_go(). Throws std::bad_alloc.
+  virtual void set_limit(std::uint32_t /*camera*/, std::span<const std::uint8_t> /*limit*/) {}
   /// Frames of each camera that the source keeps for itself between reads: a pool must have room for them
   /// beside those that the reader holds.
   virtual std::uint32_t frames_ahead() const noexcept { return 0; }
   /// Gives back what it keeps of the pool that read() had last, so that the pool may end; reading on, with
   /// any pool, is possible, and counts from nothing where a ledger is kept. To be called before a pool ends.
   virtual void let_go() noexcept {}
+  /// Any thread, without waiting: from now on frames of this camera belong to pulses `pulses` later than its
+  /// time stamps say (earlier if negative), as coded pulses have shown. Not added to what was asked before:
+  /// it replaces that. Frame::shifted tells which frames it has reached; sources that cannot do it leave that
+  /// 0.
+  virtual void shift(CameraId camera, int pulses) noexcept {
+    (void)camera;
+    (void)pulses;
+  }
   virtual SourceCounters counters() const noexcept = 0;
   /// What became of every frame of every pulse, where that is known (host/assemble/ledger.hpp); else nullptr.
   /// Valid until the next read() or let_go().

@@ -81,6 +81,11 @@ std::string report_html(const ReportData& data) {
   append_scenes(page, data);
 
   page += "<section class=\"two\">";
+  if (data.stamp_to_output.count() > 0) {
+    append_chart(page, "Latency from the driver's stamp",
+                 "From the stamp of a tick's last frame to its output.",
+                 latency_chart_svg(data.stamp_to_output));
+  }
   append_chart(page, "End-to-end latency", "From the last byte of a frame set in memory to its points.",
                latency_chart_svg(data.end_to_end));
   append_chart(page, "Detection latency", "Pixels in, blobs out.", latency_chart_svg(data.detection));

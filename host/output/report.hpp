@@ -41,6 +41,7 @@ struct ReportData {
   double history_s = 0.0;
   std::vector<ReportRate> rates;
   LatencyHistogram detection, end_to_end;
+  LatencyHistogram stamp_to_output;  ///< of live cameras; not shown if empty
 };
 
 /// The page as text.

@@ -23,6 +23,7 @@ ReportRecorder::ReportRecorder(const RecorderOptions& options) : options_(option
 void ReportRecorder::add(const ReportTick& tick) noexcept {
   detection_.add(tick.detection_s);
   end_to_end_.add(tick.end_to_end_s);
+  stamp_to_output_.add(tick.stamp_to_output_s);
   if (ticks_ == 0) first_ = tick.exposed;
   ++ticks_;
   // A source whose clock goes back stays where it was.
@@ -65,6 +66,7 @@ void ReportRecorder::count_in_bin(double time_s, std::size_t points) noexcept {
 void ReportRecorder::fill(ReportData& data) const {
   data.detection = detection_;
   data.end_to_end = end_to_end_;
+  data.stamp_to_output = stamp_to_output_;
   data.history_s = std::min(options_.history_s, last_s_);
   fill_trajectories(data);
   fill_rates(data);

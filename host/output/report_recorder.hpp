@@ -24,8 +24,9 @@ struct RecorderOptions {
 struct ReportTick {
   Timestamp exposed{};
   std::span<const TrackedPoint> points;
-  double detection_s = -1.0;   ///< negative: not measured
-  double end_to_end_s = -1.0;  ///< last byte in host memory to points; negative: not measured
+  double detection_s = -1.0;        ///< negative: not measured
+  double end_to_end_s = -1.0;       ///< last byte in host memory to points; negative: not measured
+  double stamp_to_output_s = -1.0;  ///< driver's stamp to the output having it; negative: not measured
 };
 
 /// Thread-bound. add() allocates nothing.
@@ -39,6 +40,7 @@ class ReportRecorder {
 
   const LatencyHistogram& detection() const noexcept { return detection_; }
   const LatencyHistogram& end_to_end() const noexcept { return end_to_end_; }
+  const LatencyHistogram& stamp_to_output() const noexcept { return stamp_to_output_; }
 
  private:
   struct Sample {
@@ -62,7 +64,7 @@ class ReportRecorder {
   double bin_s_ = 1.0, next_sample_s_ = 0.0, last_s_ = 0.0;
   std::uint64_t ticks_ = 0;
   Timestamp first_{};
-  LatencyHistogram detection_, end_to_end_;
+  LatencyHistogram detection_, end_to_end_, stamp_to_output_;
 };
 
 }  // namespace glint

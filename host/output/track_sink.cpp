@@ -25,6 +25,10 @@ void write_cameras(RecordFile& file, std::uint32_t bits, std::string_view separa
   }
 }
 
+bool aligned(const TrackRow& row, const TrackedPoint& point) noexcept {
+  return (point.cameras & row.unproven.value_or(0)) == 0;
+}
+
 class FileTrackSink : public TrackSink {
  public:
   FileTrackSink(const OutputSpec& spec, std::string_view header) : file_(spec.path, spec.force, header) {}
@@ -40,7 +44,7 @@ class FileTrackSink : public TrackSink {
 class CsvTrackSink final : public FileTrackSink {
  public:
   explicit CsvTrackSink(const OutputSpec& spec)
-      : FileTrackSink(spec, "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras\n") {}
+      : FileTrackSink(spec, "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras,aligned\n") {}
 
   SinkStatus write(const TrackRow& row) noexcept override {
     const std::int64_t time_ns = nanoseconds(row.exposed);
@@ -52,6 +56,7 @@ class CsvTrackSink final : public FileTrackSink {
       }
       file_.number(point.residual_px, kPixelDecimals, "nan").text(",");
       write_cameras(file_, point.cameras, "+");
+      file_.text(row.unproven ? (aligned(row, point) ? ",1" : ",0") : ",");
       file_.end_row();
     }
     return file_.end_group();
@@ -64,7 +69,12 @@ class JsonlTrackSink final : public FileTrackSink {
 
   SinkStatus write(const TrackRow& row) noexcept override {
     file_.text("{\"tick\":").unsigned_integer(number(row.trigger));
-    file_.text(",\"time_ns\":").integer(nanoseconds(row.exposed)).text(",\"points\":[");
+    file_.text(",\"time_ns\":").integer(nanoseconds(row.exposed));
+    if (row.exposed_error_s) file_.text(",\"time_error_ns\":").number(*row.exposed_error_s * 1e9, 0, "null");
+    if (row.stamped) file_.text(",\"stamped_ns\":").integer(nanoseconds(*row.stamped));
+    file_.text(",\"cameras\":[");
+    write_cameras(file_, row.frames, ",");
+    file_.text(row.dark ? "],\"dark\":true,\"points\":[" : "],\"points\":[");
     bool first = true;
     for (const TrackedPoint& point : row.points) {
       file_.text(first ? "{\"id\":" : ",{\"id\":").unsigned_integer(number(point.id));
@@ -74,7 +84,8 @@ class JsonlTrackSink final : public FileTrackSink {
       file_.text(",\"residual_px\":").number(point.residual_px, kPixelDecimals, "null");
       file_.text(",\"cameras\":[");
       write_cameras(file_, point.cameras, ",");
-      file_.text("]}");
+      file_.text(row.unproven ? (aligned(row, point) ? "],\"aligned\":true}" : "],\"aligned\":false}")
+                              : "],\"aligned\":null}");
       first = false;
     }
     file_.text("]}");

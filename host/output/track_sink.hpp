@@ -2,7 +2,9 @@
 // Where tracked points go: CSV, JSON lines, or nowhere.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -18,6 +20,12 @@ struct TrackRow {
   TriggerNo trigger{};
   Timestamp exposed{};  ///< middle of the exposure
   std::span<const TrackedPoint> points;
+  std::uint32_t frames = 0;                 ///< bit set of cameras whose frame was used
+  std::optional<double> exposed_error_s{};  ///< bound of what `exposed` is off by; nothing: not known
+  std::optional<Timestamp> stamped{};       ///< of the driver, latest of the tick's frames; nothing: not live
+  /// Coded pulses: bit set of cameras that may show another pulse; nothing: no code in use, nobody knows.
+  std::optional<std::uint32_t> unproven{};
+  bool dark = false;  ///< the light was off on purpose
 };
 
 /// Thread-bound. Writing allocates nothing once warm. May block on a slow pipe.
@@ -33,9 +41,12 @@ class TrackSink {
   virtual const std::string& problem() const noexcept = 0;
 };
 
-/// CSV: one row a point, `tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras`; cameras are numbered from 1
-/// in rig order and joined by '+' (1+2+4). JSON lines: one object a tick, also for a tick without
-/// points. time_ns counts from the epoch of Timestamp. Throws Error when the file cannot be written.
+/// CSV: one row a point, `tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras,aligned`; cameras are numbered
+/// from 1 in rig order and joined by '+' (1+2+4). aligned is 1 if all of them are proven to show this very
+/// pulse, 0 if one may not, and empty (JSON: null) without coded pulses. JSON lines: one object a tick, also
+/// for a tick without points, with `cameras` whose frame was used, and of live cameras `time_error_ns` and
+/// `stamped_ns`, and `"dark":true` if the light was off on purpose. Times count from the epoch of Timestamp.
+/// Throws Error when the file cannot be written.
 std::unique_ptr<TrackSink> make_track_sink(const OutputSpec& spec);
 
 }  // namespace glint

@@ -27,8 +27,13 @@ ReadStatus BlobInput::next(TickBlobs& tick) noexcept {
   tick.trigger = set_.trigger;
   tick.exposed = set_.exposed;
   tick.delivered = std::chrono::steady_clock::now();
+  tick.live.reset();
+  tick.frames = static_cast<std::uint32_t>((std::uint64_t{1} << set_.cameras.size()) - 1);
   tick.has_images = false;
   tick.overflow = 0;
+  tick.unproven.reset();
+  tick.dark = false;
+  tick.events = {};
   tick.stages = {};
   tick.cameras.resize(set_.cameras.size());
   for (std::size_t camera = 0; camera < set_.cameras.size(); ++camera) {

@@ -6,14 +6,16 @@
 #include <bit>
 
 #include "host/base/check.hpp"
+#include "host/pipeline/coded_light.hpp"
 
 namespace glint {
 namespace {
 
-// A set waits here while the tracker is busy. A live source may fall this far behind before sets are dropped:
-// four periods ride out a scheduling hiccup, and older results than that help nobody.
+// A set waits here while the tracker is busy.
 constexpr std::size_t kRing = 8;
-constexpr std::size_t kLiveBacklog = 4;
+// Age, since its last frame came, at which a live set gives way to the newest: older results help nobody.
+constexpr double kOldestPeriods = 2.0;
+constexpr std::size_t kOldestIfRateUnknown = 2;  // sets behind it
 
 std::vector<FrameSize> sizes_of(std::span<const SourceCamera> cameras) {
   std::vector<FrameSize> sizes;
@@ -46,7 +48,9 @@ FrameInput::FrameInput(std::unique_ptr<FrameSource> source, std::span<const gpu:
       ring_(kRing),
       in_flight_(std::max(1u, options.detector.depth)),
       images_(source_->cameras().size()),
-      last_sequence_(source_->cameras().size()) {}
+      last_sequence_(source_->cameras().size()) {
+  if (options_.code) alignment_ = std::make_unique<CodeAlignment>(*options_.code, source_->cameras().size());
+}
 
 FrameInput::~FrameInput() {
   stop_.request_stop();
@@ -58,9 +62,11 @@ FrameInput::~FrameInput() {
 
 void FrameInput::set_limit(std::uint32_t camera, std::span<const std::uint8_t> limit) {
   detector_->set_limit(camera, limit);
+  source_->set_limit(camera, limit);
 }
 
 void FrameInput::capture() noexcept {
+  if (options_.on_capture_thread) options_.on_capture_thread();
   const std::stop_token stop = stop_.get_token();
   const bool is_live = source_->live();
   const double rate = source_->rate_hz();
@@ -81,8 +87,7 @@ void FrameInput::capture() noexcept {
     if (!is_live) {
       if (!ring_.wait_push(std::move(set))) break;
     } else if (!ring_.push(std::move(set))) {
-      dropped_.fetch_add(
-          1, std::memory_order_relaxed);  // the consumer is stuck: it will drop the older ones itself
+      drop(set);  // the consumer is stuck: it will drop the older ones itself
     }
   }
   source_end_ = status == ReadStatus::Failed ? status : ReadStatus::End;
@@ -101,12 +106,37 @@ bool FrameInput::fresh(std::size_t camera, const FrameSet& set) noexcept {
   return true;
 }
 
+bool FrameInput::too_old(const FrameSet& set) const noexcept {
+  const double rate_hz = source_->rate_hz();
+  if (rate_hz <= 0.0) return ring_.size() >= kOldestIfRateUnknown;
+  const Timestamp came = set.live ? set.live->arrived : set.delivered;
+  return seconds_between(came, std::chrono::steady_clock::now()) > kOldestPeriods / rate_hz;
+}
+
+void FrameInput::drop(const FrameSet& set) noexcept {
+  dropped_.fetch_add(1, std::memory_order_relaxed);
+  if (set.dark) return;  // and that it stays in a ledger
+  for (std::size_t camera = 0; camera < images_.size(); ++camera) {
+    if (set.frames[camera]) dropped_frames_[camera].fetch_add(1, std::memory_order_relaxed);
+  }
+}
+
+/// The source booked a set as used when it handed it over; those that went no further were skipped by us.
+/// After the capture thread has let go of the source.
+void FrameInput::settle_ledger() noexcept {
+  if (!ledger_) return;
+  for (std::size_t camera = 0; camera < ledger_->cameras.size(); ++camera) {
+    const std::uint64_t frames = dropped_frames_[camera].exchange(0, std::memory_order_relaxed);
+    ledger_->cameras[camera][FrameFate::Used] -= frames;
+    ledger_->cameras[camera][FrameFate::Skipped] += frames;
+  }
+}
+
 bool FrameInput::submit_one(bool wait) noexcept {
   FrameSet set;
-  for (;;) {
-    if (!(wait ? ring_.wait_pop(set) : ring_.pop(set))) return false;
-    if (!source_->live() || ring_.size() < kLiveBacklog) break;
-    dropped_.fetch_add(1, std::memory_order_relaxed);
+  if (!(wait ? ring_.wait_pop(set) : ring_.pop(set))) return false;
+  if (source_->live() && too_old(set)) {
+    for (FrameSet newer; ring_.pop(newer); set = std::move(newer)) drop(set);
   }
   for (std::size_t i = 0; i < images_.size(); ++i) {
     images_[i] = fresh(i, set) ? set.frames[i]->image() : gpu::ImageView{};
@@ -137,9 +167,9 @@ ReadStatus FrameInput::fail() noexcept {
   stop_.request_stop();
   ring_.close();
   if (thread_.joinable()) thread_.join();
-  std::uint64_t lost = count_;
-  for (FrameSet set; ring_.pop(set);) ++lost;
-  dropped_.fetch_add(lost, std::memory_order_relaxed);
+  for (std::size_t n = 0; n < count_; ++n) drop(in_flight_[(oldest_ + n) % in_flight_.size()]);
+  for (FrameSet set; ring_.pop(set);) drop(set);
+  settle_ledger();
   ended_ = true;
   return ReadStatus::Failed;
 }
@@ -154,7 +184,10 @@ ReadStatus FrameInput::next(TickBlobs& tick) noexcept {
     break;
   }
   if (!problem_.empty()) return fail();
-  if (count_ == 0) return source_end_;
+  if (count_ == 0) {
+    settle_ledger();
+    return source_end_;
+  }
   if (detector_->collect(batch_) != gpu::RunStatus::Ok) {
     problem_ = detector_->last_error();
     return fail();
@@ -164,6 +197,7 @@ ReadStatus FrameInput::next(TickBlobs& tick) noexcept {
   oldest_ = (oldest_ + 1) % in_flight_.size();
   --count_;
   fill(tick, set);
+  check_code(tick, set);
   return ReadStatus::Ok;
 }
 
@@ -171,6 +205,8 @@ void FrameInput::fill(TickBlobs& tick, const FrameSet& set) noexcept {
   tick.trigger = set.trigger;
   tick.exposed = set.exposed;
   tick.delivered = set.delivered;
+  tick.live = set.live;
+  tick.frames = 0;
   tick.has_images = true;
   tick.cameras.resize(batch_.cameras.size());
   tick.images.resize(batch_.cameras.size());
@@ -179,11 +215,24 @@ void FrameInput::fill(TickBlobs& tick, const FrameSet& set) noexcept {
   for (std::size_t i = 0; i < batch_.cameras.size(); ++i) {
     tick.cameras[i] = batch_.cameras[i].blobs;
     tick.images[i] = set.frames[i] ? set.frames[i]->image() : gpu::ImageView{};
+    if (set.frames[i]) tick.frames |= 1u << i;
     if (batch_.cameras[i].overflow) tick.overflow |= 1u << i;
     if (!in_place_ && tick.images[i].pixels != nullptr) copied_.fetch_add(1, std::memory_order_relaxed);
   }
   overflows_.fetch_add(static_cast<std::uint64_t>(std::popcount(tick.overflow)), std::memory_order_relaxed);
   sets_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void FrameInput::check_code(TickBlobs& tick, const FrameSet& set) noexcept {
+  tick.unproven.reset();
+  tick.dark = set.dark;
+  tick.events = {};
+  if (!alignment_) return;
+  check_light(*alignment_, set, tick);
+  for (const AlignmentEvent& event : tick.events) {
+    if (event.kind == AlignmentEvent::Kind::SlipFound)
+      source_->shift(event.camera, alignment_->wanted_shift(event.camera));
+  }
 }
 
 InputCounters FrameInput::counters() const noexcept {

@@ -2,24 +2,30 @@
 // The tracking loop: no lock, log or allocation between blobs and points once it is warm.
 #include "host/pipeline/track_pipeline.hpp"
 
+#include <utility>
+
 namespace glint {
 namespace {
 
 constexpr std::size_t kResults = 32;  // a third of a second at 90 Hz for a slow disk
 constexpr std::size_t kPointsReserved = 512;
+constexpr std::size_t kEventsReserved = 40;
 
 }  // namespace
 
 TrackPipeline::TrackPipeline(std::unique_ptr<TickInput> input, const Calibration& calibration,
-                             const MatchOptions& match, const TrackOptions& track)
+                             const MatchOptions& match, const TrackOptions& track,
+                             std::function<void()> on_track_thread)
     : input_(std::move(input)),
       matcher_(calibration, match),
       tracker_(track),
+      on_track_thread_(std::move(on_track_thread)),
       results_(kResults),
       spares_(kResults) {
   for (std::size_t i = 0; i < kResults; ++i) {
     auto result = std::make_unique<TickResult>();
     result->points.reserve(kPointsReserved);
+    result->events.reserve(kEventsReserved);
     (void)spares_.push(std::move(result));
   }
 }
@@ -49,10 +55,14 @@ void TrackPipeline::track_loop() noexcept {
   ReadStatus status = ReadStatus::Ok;
   while ((status = input_->next(tick)) == ReadStatus::Ok) {
     tracker_.predict(tick.exposed, predictions);
-    matcher_.match(tick.cameras, predictions, points, match_counters_);
-    tracker_.update(points, tracked, track_counters_);
+    if (tick.dark) {
+      tracked.clear();
+    } else {
+      matcher_.match(tick.cameras, predictions, points, match_counters_);
+      tracker_.update(points, tracked, track_counters_);
+    }
     const Timestamp finished = std::chrono::steady_clock::now();
-    ticks_.fetch_add(1, std::memory_order_relaxed);
+    if (ticks_.fetch_add(1, std::memory_order_relaxed) == 0 && on_track_thread_) on_track_thread_();
     points_.fetch_add(tracked.size(), std::memory_order_relaxed);
 
     std::unique_ptr<TickResult> result = spare(live);
@@ -67,9 +77,14 @@ void TrackPipeline::track_loop() noexcept {
     result->detected = tick.detected;
     result->finished = finished;
     result->overflow = tick.overflow;
+    result->frames = tick.frames;
+    result->live = tick.live;
     result->blobs = 0;
     for (const auto& blobs : tick.cameras) result->blobs += static_cast<std::uint32_t>(blobs.size());
     result->points.assign(tracked.begin(), tracked.end());
+    result->unproven = tick.unproven;
+    result->dark = tick.dark;
+    result->events.assign(tick.events.begin(), tick.events.end());
     (void)results_.push(std::move(result));  // there are as many slots as results
   }
   end_ = status == ReadStatus::Ok ? ReadStatus::End : status;

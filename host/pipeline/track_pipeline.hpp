@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -22,9 +23,19 @@ struct TickResult {
   TriggerNo trigger{};
   Timestamp exposed{}, delivered{}, detected{}, finished{};
   std::uint32_t blobs = 0;
-  std::uint32_t overflow = 0;  ///< bit set of cameras
-  std::vector<TrackedPoint> points;
+  std::uint32_t overflow = 0;        ///< bit set of cameras
+  std::uint32_t frames = 0;          ///< bit set of cameras whose frame was used; of blob files: all cameras
+  std::optional<LiveTimes> live;     ///< as in FrameSet
+  std::vector<TrackedPoint> points;  ///< none in the dark: tracks coast
+  std::optional<std::uint32_t> unproven;  ///< as in TickBlobs
+  bool dark = false;                      ///< likewise
+  std::vector<AlignmentEvent> events;     ///< likewise
 
+  /// None of the point's cameras may show another pulse; none: nothing is coded, nobody knows.
+  std::optional<bool> aligned(const TrackedPoint& point) const noexcept {
+    if (!unproven) return std::nullopt;
+    return (point.cameras & *unproven) == 0;
+  }
   double detection_s() const noexcept { return seconds_between(delivered, detected); }
   double end_to_end_s() const noexcept { return seconds_between(delivered, finished); }
 };
@@ -39,8 +50,10 @@ struct TrackCountersSnapshot {
 /// Owns the tracking thread. The caller's thread is the output thread: it calls run().
 class TrackPipeline {
  public:
+  /// on_track_thread is called by that thread after its first tick, so that whatever a Vulkan driver starts
+  /// in the first submission does not inherit what it sets. It must not throw.
   TrackPipeline(std::unique_ptr<TickInput> input, const Calibration& calibration, const MatchOptions& match,
-                const TrackOptions& track);
+                const TrackOptions& track, std::function<void()> on_track_thread = {});
   ~TrackPipeline();
 
   /// Tracks to the end of the input; `on_result` is called for every tick, in order, on this thread, and may
@@ -61,6 +74,7 @@ class TrackPipeline {
   std::unique_ptr<TickInput> input_;
   Matcher matcher_;
   Tracker tracker_;
+  std::function<void()> on_track_thread_;
   Ring<std::unique_ptr<TickResult>> results_, spares_;
   std::atomic<std::uint64_t> ticks_{0}, points_{0}, results_dropped_{0};
   MatchCounters match_counters_;  // the tracking thread's, read after it ended

@@ -3,8 +3,10 @@
 #include "host/sim/options.hpp"
 
 #include <cmath>
+#include <cstdlib>
 
 #include "gpu/detector.hpp"
+#include "host/base/pulse_code.hpp"
 
 namespace glint {
 namespace {
@@ -51,6 +53,12 @@ void SimOptions::check(std::vector<std::string>& problems) const {
   p.require(faults.late_s >= 0.0 && std::isfinite(faults.late_s), "faults.late_s must be 0 or more");
   p.require(faults.extra_noise_grey >= 0.0 && faults.extra_noise_grey <= 100.0,
             "faults.extra_noise_grey must be 0 to 100");
+  p.require(code_group == 0 || (code_group >= PulseCode::kLeastGroup && code_group <= PulseCode::kMostGroup),
+            "code_group must be 0 (as recommended for the rate) or 18 to 1024");
+  if (faults.slip) {
+    p.require(faults.slip->camera < cameras, "faults.slip.camera must be one of the rig's cameras");
+    p.require(std::abs(faults.slip->pulses) <= 1000, "faults.slip.pulses must be -1000 to 1000");
+  }
   if (faults.bump) {
     p.require(faults.bump->camera < cameras, "faults.bump.camera must be one of the rig's cameras");
     p.require(std::abs(faults.bump->angle_rad) <= 0.5, "faults.bump.angle_rad must be -0.5 to 0.5");

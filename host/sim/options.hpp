@@ -25,6 +25,14 @@ struct SimBump {
   double angle_rad = 0.0;
 };
 
+/// A camera that begins to queue frames: from `tick` on its frames show the exposure `pulses` earlier (later
+/// if negative), its stamps and sequence numbers as before but for one irregular step.
+struct SimSlip {
+  std::uint32_t camera = 0;
+  std::uint64_t tick = 0;
+  int pulses = 0;
+};
+
 /// Faults on request. Rates are per frame and camera.
 struct SimFaults {
   double drop_rate = 0.0;         ///< the frame is exposed but never arrives; its sequence number is missing
@@ -33,6 +41,7 @@ struct SimFaults {
   double late_s = 0.02;           ///< later than half a period: missing in its set
   double extra_noise_grey = 0.0;  ///< sd of noise added to every pixel
   std::optional<SimBump> bump;
+  std::optional<SimSlip> slip;
 };
 
 struct SimOptions {
@@ -47,7 +56,11 @@ struct SimOptions {
   std::uint32_t bright_spots = 5;  ///< static reflections per camera, as in a real room
   std::uint32_t occluders = 0;     ///< dark vertical poles in the volume
   SimSensor sensor;
-  int jpeg_quality = 0;  ///< 1..100: every frame goes through JPEG; 0: not
+  /// Coded pulses (host/base/pulse_code.hpp): markers are black in dark ones. 0: the light is always on.
+  std::uint32_t code_seed = 0;
+  std::uint32_t code_group = 0;  ///< pulses for each dark one; 0: as recommended for the rate
+  std::uint32_t code_first = 0;  ///< number that the board gives to the pulse of tick 0
+  int jpeg_quality = 0;          ///< 1..100: every frame goes through JPEG; 0: not
   SimFaults faults;
 
   void check(std::vector<std::string>& problems) const;  ///< appends "sim.markers must be ..."

@@ -99,6 +99,7 @@ void Renderer::restore(const Backdrop& backdrop, std::uint64_t tick, std::uint8_
 
 void Renderer::collect_light(std::uint32_t camera, std::uint64_t tick, std::vector<PixelBox>& boxes) {
   boxes.clear();
+  if (scene_.dark(tick)) return;
   scene_.views(camera, tick, views_);
   const std::uint32_t width = scene_.options().width_px;
   for (std::uint32_t m = 0; m < scene_.markers(); ++m) {

@@ -79,6 +79,10 @@ Scene::Scene(const SimOptions& options) : options_(options) {
     throw Error(text);
   }
   calibration_ = sim_calibration(options);
+  if (options.code_seed != 0) {
+    code_.emplace(options.code_seed, options.code_group != 0 ? options.code_group
+                                                             : PulseCode::recommended_group(options.rate_hz));
+  }
   flights_ = sim::throw_markers(options, volume_);
   for (std::uint32_t c = 0; c < options.cameras; ++c) {
     cameras_.emplace_back(calibration_.cameras[c]);
@@ -201,6 +205,7 @@ void Scene::truth(std::uint64_t tick, TickTruth& truth) const {
     if (sim::fate(options_, c, tick) == sim::Fate::Fine) truth.delivered |= bit;
     const auto views = std::span(truth.views).subspan(std::size_t{c} * options_.markers, options_.markers);
     this->views(c, tick, views);
+    if (dark(tick)) continue;  // nobody sees anything
     for (std::uint32_t m = 0; m < options_.markers; ++m) {
       const sim::MarkerView& view = views[m];
       if (!view.imaged) continue;

@@ -4,11 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "host/base/pulse_code.hpp"
 #include "host/geometry/camera.hpp"
 #include "host/sim/motion.hpp"
 #include "host/sim/options.hpp"
@@ -94,6 +96,8 @@ class Scene {
   sim::MarkerState marker(std::uint32_t marker, double time_s) const noexcept {
     return flights_[marker].at(time_s);
   }
+  /// The light is off in that pulse.
+  bool dark(std::uint64_t tick) const noexcept { return code_ && code_->dark(tick + options_.code_first); }
   /// Replaces `truth`; allocates only the first time.
   void truth(std::uint64_t tick, TickTruth& truth) const;
 
@@ -130,6 +134,7 @@ class Scene {
 
   SimOptions options_;
   Calibration calibration_;
+  std::optional<PulseCode> code_;
   sim::Volume volume_;
   std::vector<sim::Flight> flights_;
   std::vector<sim::SimCamera> cameras_;

@@ -19,6 +19,11 @@ Timestamp after(Timestamp start, double seconds) noexcept {
   return start + std::chrono::duration_cast<Timestamp::duration>(std::chrono::duration<double>(seconds));
 }
 
+std::uint64_t moved(std::uint64_t tick, int by) noexcept {
+  const auto back = static_cast<std::uint64_t>(by < 0 ? -by : 0);
+  return by < 0 ? tick - std::min(tick, back) : tick + static_cast<std::uint64_t>(by);
+}
+
 }  // namespace
 
 SimSource::SimSource(const Scene& scene, const SimSourceOptions& options)
@@ -53,12 +58,18 @@ ReadStatus SimSource::read(FramePool& pool, FrameSet& set) noexcept {
         ++counters_.no_slot;
         continue;
       }
+      const int shift = wanted_shift_[c].load(std::memory_order_relaxed);
       // Nobody stamps the copy anew: a stuck driver buffer carries everything of the old frame.
-      const std::uint64_t shown = fate == sim::Fate::Duplicated ? tick - 1 : tick;
-      if (!draw(c, shown, *frame)) return ReadStatus::Failed;
-      frame->sequence = static_cast<std::uint32_t>(shown);
+      const std::uint64_t wanted = fate == sim::Fate::Duplicated ? tick - 1 : tick;
+      const std::uint64_t number = moved(wanted, -shift);
+      if (!draw(c, shown(c, number), *frame)) return ReadStatus::Failed;
+      const bool slips = sim.faults.slip && sim.faults.slip->camera == c && sim.faults.slip->tick == number;
+      if (fate == sim::Fate::Duplicated || slips) ++run_[c];
+      frame->run = run_[c];
+      frame->shifted = shift;
+      frame->sequence = static_cast<std::uint32_t>(number);
       frame->stamp = StampPoint::StartOfExposure;
-      frame->stamped = after(start_, static_cast<double>(shown) / sim.rate_hz - 0.5 * sim.exposure_s);
+      frame->stamped = after(start_, static_cast<double>(number) / sim.rate_hz - 0.5 * sim.exposure_s);
       frame->damaged = false;
       if (fate == sim::Fate::Duplicated) ++counters_.duplicated;
       ++counters_.frames;
@@ -70,6 +81,12 @@ ReadStatus SimSource::read(FramePool& pool, FrameSet& set) noexcept {
   }
   set.delivered = std::chrono::steady_clock::now();
   return ReadStatus::Ok;
+}
+
+/// The exposure that a frame shows.
+std::uint64_t SimSource::shown(std::uint32_t camera, std::uint64_t frame) const noexcept {
+  const std::optional<SimSlip>& slip = scene_.options().faults.slip;
+  return slip && slip->camera == camera && frame >= slip->tick ? moved(frame, -slip->pulses) : frame;
 }
 
 SimSource::Buffer& SimSource::buffer_at(std::uint32_t camera, const std::uint8_t* pixels) {

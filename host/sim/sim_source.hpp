@@ -2,6 +2,8 @@
 // The simulated rig as a source of frame sets.
 #pragma once
 
+#include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -22,7 +24,7 @@ struct SimSourceOptions {
 
 /// Renders set after set: tick n is TriggerNo n, exposed at start + n / rate. A dropped or late frame is
 /// missing in its set and counted; a duplicated frame is delivered with the sequence number of the frame
-/// before, and counted.
+/// before, and counted. shift() is obeyed as a rig would that had the frames of later pulses waiting.
 class SimSource final : public FrameSource {
  public:
   /// `scene` must outlive the source. Throws Error.
@@ -36,6 +38,9 @@ class SimSource final : public FrameSource {
   double rate_hz() const noexcept override { return scene_.options().rate_hz; }
   bool live() const noexcept override { return options_.live; }
   [[nodiscard]] ReadStatus read(FramePool& pool, FrameSet& set) noexcept override;
+  void shift(CameraId camera, int pulses) noexcept override {
+    wanted_shift_[index(camera)].store(pulses, std::memory_order_relaxed);
+  }
   SourceCounters counters() const noexcept override { return counters_; }
   const std::string& problem() const noexcept override { return problem_; }
 
@@ -49,6 +54,7 @@ class SimSource final : public FrameSource {
   Buffer& buffer_at(std::uint32_t camera, const std::uint8_t* pixels);
   std::uint64_t fingerprint(std::span<const std::uint8_t> pixels) const noexcept;
   bool draw(std::uint32_t camera, std::uint64_t tick, Frame& frame);
+  std::uint64_t shown(std::uint32_t camera, std::uint64_t frame) const noexcept;
 
   const Scene& scene_;
   SimSourceOptions options_;
@@ -58,6 +64,8 @@ class SimSource final : public FrameSource {
   std::vector<std::vector<Buffer>> buffers_;  // per camera: the pool's slots met so far
   Timestamp start_{};
   std::uint64_t next_tick_ = 0;
+  std::array<std::atomic<int>, gpu::kMaxCameras> wanted_shift_{};  // pulses
+  std::array<std::uint32_t, gpu::kMaxCameras> run_{};              // Frame::run
   SourceCounters counters_;
   std::string problem_;
 };

@@ -48,8 +48,9 @@ class Tracker {
   /// Moves all tracks to time `exposed` and lists where they expect their markers. Call before matching.
   void predict(Timestamp exposed, std::vector<Prediction>& predictions);
 
-  /// Takes the points of the exposure that predict() was called for; replaces `tracked` with what is
-  /// published.
+  /// Takes the points of the exposure that predict() was called for. Not to be called for an exposure in
+  /// which no marker could be seen (the light was off): tracks then coast to the next one, and none counts it
+  /// as a miss. Replaces `tracked` with what is published.
   void update(std::span<const Point> points, std::vector<TrackedPoint>& tracked, TrackCounters& counters);
 
  private:

@@ -33,16 +33,17 @@ def injected():
         yield pulse, 1 + number % 4, kinds[number // 4 % len(kinds)]
 
 
-def check_ledger(ledger, faults, verdict):
+def check_ledger(ledger, faults, sets, verdict, counts_of=None):
+    counts_of = counts_of or COUNTS_OF
     for camera, entries in enumerate(ledger["cameras"], 1):
-        added = [count for _, who, fault in faults if who == camera for count in COUNTS_OF[fault]]
+        added = [count for _, who, fault in faults if who == camera for count in counts_of[fault]]
         print(f"camera {camera}: " + ", ".join(f"{count} {name}" for name, count in entries.items() if name != "name" and count))
         for name, count in entries.items():
             if name not in ("name", "used"):
                 verdict.expect(count == added.count(name), f"camera {camera}: {count} {name}, injected {added.count(name)}")
         lost = sum(entries[name] for name in ("late", "skipped", "lost_by_host", "lost_by_camera", "corrupt", "dark"))
-        verdict.expect(entries["used"] + lost == ledger["pulses"] == SETS,
-                       f"camera {camera}: {entries['used']} + {lost} entries for {ledger['pulses']} pulses of {SETS}")
+        verdict.expect(entries["used"] + lost == ledger["pulses"] == sets,
+                       f"camera {camera}: {entries['used']} + {lost} entries for {ledger['pulses']} pulses of {sets}")
 
 
 def main():
@@ -51,7 +52,7 @@ def main():
     with tempfile.TemporaryDirectory() as box:
         from_files = glint_live_test.track_files(box, glint_live_test.prepare(box, TICKS))
         live, summary = glint_live_test.track_live(box, SETS, [f"{pulse} {camera} {fault}" for pulse, camera, fault in faults])
-    check_ledger(summary["ledger"], faults, verdict)
+    check_ledger(summary["ledger"], faults, SETS, verdict)
     verdict.expect(min(live) < FIRST and max(live) >= LAST, f"faults at {FIRST} to {LAST}, points at {min(live)} to {max(live)}")
     worst = 0.0
     for pulse, points in live.items():

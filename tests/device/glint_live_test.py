@@ -18,11 +18,11 @@ TICKS, RATE_HZ, QUALITY = 90, 5, 90
 WANTED_SETS = 50
 MOST_APART_M = 50e-6  # 0.02 px at 2.5 m
 
-RIG = f"""format = 1
+RIG = """format = 1
 kind = "rig"
 [rig]
 name = "four virtual cameras"
-rate_hz = {RATE_HZ}.0
+rate_hz = {rate_hz}.0
 calibration = "calibration.toml"
 marker_radius_m = 0.0063
 [capture]
@@ -46,10 +46,10 @@ def points_of(path):
     return points, times_ns
 
 
-def prepare(box, ticks):
+def prepare(box, ticks, rate_hz=RATE_HZ, quality=QUALITY):
     """Pictures, background pictures and rig file; returns the folder with the pictures."""
     take, dark = os.path.join(box, "take"), os.path.join(box, "dark")
-    jpeg = ["--jpeg", str(QUALITY), "--rate", "90"]
+    jpeg = ["--jpeg", str(quality), "--rate", "90"]
     glint("sim", "--out", take, "--seconds", str(ticks / 90), *jpeg)
     glint("sim", "--out", dark, "--seconds", str(1 / 90), "--markers", "0", *jpeg)
     os.remove(os.path.join(take, "frames.csv"))  # times are those of the rig file's rate
@@ -57,28 +57,29 @@ def prepare(box, ticks):
         shutil.copy(f"{dark}/cam{camera}/000000.pgm", f"{box}/cam{camera}.pgm")
     shutil.copy(f"{take}/calibration.toml", box)
     with open(f"{box}/rig.toml", "w", encoding="utf-8") as file:
-        file.write(RIG)
-    guest_test.make_frames(f"{box}/frames.jpgs", ticks, QUALITY)
+        file.write(RIG.format(rate_hz=rate_hz))
+    guest_test.make_frames(f"{box}/frames.jpgs", ticks, quality)
     return take
 
 
-def track_live(box, sets, faults=()):
-    """Points of the live run by pulse, and its summary."""
+def track_live(box, sets, faults=(), rate_hz=RATE_HZ, options=""):
+    """Points of the live run by pulse, and its summary. `options` are more of glint's."""
     with open(f"{box}/faults.txt", "w", encoding="utf-8") as file:
         file.writelines(f"{line}\n" for line in faults)
     names = ["rig.toml", "calibration.toml", "frames.jpgs", "faults.txt", *[f"cam{camera}.pgm" for camera in range(1, 5)]]
     track = ("glint track v4l2:$CAMERA_1,$CAMERA_2,$CAMERA_3,$CAMERA_4 --rig rig.toml --device cpu --background /run/job "
-             f"--ticks {sets} --quiet --output csv:/run/out/live.csv --summary /run/out/live.json")
+             f"--ticks {sets} {options} --quiet --output csv:/run/out/live.csv --summary /run/out/live.json")
     guest_test.run(
-        [guest_test.program("uvc_cameras"), "--frames", "frames.jpgs", "--rate", str(RATE_HZ), "--faults",
-         "faults.txt", "--log", "/run/out/sent.csv", "--", "sh", "-c", track],
-        modules=guest_test.CAMERA_MODULES, copy=[guest_test.program("glint"), *[f"{box}/{name}" for name in names]], out=box)
+        [guest_test.program("uvc_cameras"), "--frames", "frames.jpgs", "--rate", str(rate_hz), "--pulses",
+         str(sets + 100), "--faults", "faults.txt", "--log", "/run/out/sent.csv", "--", "sh", "-c", f"glint doctor --json > /run/out/doctor.json; {track}"],
+        modules=guest_test.CAMERA_MODULES, copy=[guest_test.program("glint"), *[f"{box}/{name}" for name in names]], out=box,
+        seconds=max(guest_test.HOST_SECONDS, sets))
     points, times_ns = points_of(f"{box}/live.csv")
     first_ns = min(row["time_ns"] for row in guest_test.read_csv(f"{box}/sent.csv"))
     # A frame is stamped after its pulse, and before the next.
     with open(f"{box}/live.json", encoding="utf-8") as file:
         summary = json.load(file)
-    return {math.floor((times_ns[tick] - first_ns) * 1e-9 * RATE_HZ): points[tick] for tick in points}, summary
+    return {math.floor((times_ns[tick] - first_ns) * 1e-9 * rate_hz): points[tick] for tick in points}, summary
 
 
 def track_files(box, take):
@@ -88,11 +89,37 @@ def track_files(box, take):
     return points_of(f"{box}/file.csv")[0]
 
 
+def check_doctor(verdict, box):
+    """Four cameras that can be opened and share a bus; no Vulkan, which stops nothing."""
+    with open(f"{box}/doctor.json", encoding="utf-8") as file:
+        doctor = json.load(file)
+    found = {finding["check"]: finding for finding in doctor["findings"]}
+    verdict.expect(doctor["problems"] == 0, f"glint doctor sees problems: {doctor}")
+    verdict.expect(found["cameras"]["text"].count("/dev/video") == 4, f"glint doctor: {found['cameras']}")
+    verdict.expect("usb" in found and found["usb"]["verdict"] == "warning", "glint doctor says nothing of the shared bus")
+
+
+def check_times(verdict, summary):
+    """Latency from the driver's stamps and what was obtained of real time (the guest's user is root)."""
+    latency, error = summary["stamp_to_output"], summary["time_error"]
+    print(f"driver's stamp ({latency['stamp']}) to output: p50 {latency['p50_s'] * 1e3:.1f} ms, p99 "
+          f"{latency['p99_s'] * 1e3:.1f} ms, max {latency['max_s'] * 1e3:.1f} ms; time of exposure known to "
+          f"{error['p50_s'] * 1e3:.2f} ms; real time: {summary['real_time']}")
+    verdict.expect(latency["count"] == summary["ticks"] == error["count"], "not every tick has a latency")
+    verdict.expect(0 < latency["p50_s"] < 1 / RATE_HZ, "a latency of more than a period")
+    real_time = summary["real_time"]
+    verdict.expect(real_time["refusal"] == "" and real_time["memory_locked"], "real time was refused to root")
+    for thread in real_time["threads"]:
+        verdict.expect(0 < thread["started"] == thread["fifo"], f"a thread without SCHED_FIFO: {thread}")
+
+
 def main():
     verdict = guest_test.Verdict()
     with tempfile.TemporaryDirectory() as box:
         from_files = track_files(box, prepare(box, TICKS))
-        live, _ = track_live(box, WANTED_SETS)
+        live, summary = track_live(box, WANTED_SETS)
+        check_doctor(verdict, box)
+    check_times(verdict, summary)
     compared = worst = same = 0
     for pulse, points in sorted(live.items()):
         verdict.expect(pulse in from_files, f"pulse {pulse} is in no file")

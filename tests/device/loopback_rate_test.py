@@ -6,7 +6,7 @@ import tempfile
 
 import guest_test
 
-FRAMES, RATE_HZ = 500, 250
+FRAMES, RATE_HZ = 2000, 250
 verdict = guest_test.Verdict()
 with tempfile.TemporaryDirectory() as box:
     guest_test.run(

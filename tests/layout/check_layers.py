@@ -24,6 +24,8 @@ TABLE = {
     "host/output": ["host/geometry", "host/track", "host/match", "shaders/interface"],
     "host/config": ["gpu", "host/match", "host/track", "host/geometry"],
     "host/bench": ["gpu"],
+    "host/realtime": [],
+    "host/doctor": ["host/capture", "host/frames", "host/realtime", "gpu"],
     "host/pipeline": ["gpu", "host/frames", "host/assemble", "host/geometry", "host/capture", "host/match", "host/track"],
 }
 for _module, _row in TABLE.items():

@@ -84,10 +84,48 @@ TEST(Recording, OfTheSimulatedRigTracksLikeTheLiveOne) {
   std::ifstream file(csv);
   std::string header, line;
   std::getline(file, header);
-  EXPECT_EQ(header, "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras");
+  EXPECT_EQ(header, "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras,aligned");
   int rows = 0;
   while (std::getline(file, line)) ++rows;
   EXPECT_GE(rows, 45 * 20 * 95 / 100);
+}
+
+TEST(CodedPulses, FindASlippedCameraAndCorrectIt) {
+  const TempDir folder;
+  const std::string csv = (folder.path() / "points.csv").string();
+  const nlohmann::json s =
+      track_sim({"--ticks", "700", "--device", "cpu", "--code-seed", "7", "--code-first", "12345", "--slip",
+                 "2:450:3", "--drop-rate", "0.02", "--output", "csv:" + csv});
+  EXPECT_EQ(s["alignment"]["phase"], 12345 % 7680);
+  EXPECT_GT(s["alignment"]["dark_pulses"].get<int>(), 10);
+  for (const nlohmann::json& camera : s["alignment"]["cameras"]) {
+    const int slips = camera["name"] == "cam2" ? 1 : 0;
+    EXPECT_EQ(camera["slips_found"], slips);
+    EXPECT_EQ(camera["slips_corrected"], slips);
+    EXPECT_LT(camera["longest_unproven_s"].get<double>(), 4.0);
+  }
+  EXPECT_GE(s["score"]["recall"].get<double>(), 0.995);
+  std::ifstream file(csv);
+  std::string line;
+  std::getline(file, line);
+  int aligned = 0, rows = 0;
+  for (; std::getline(file, line); ++rows) aligned += line.ends_with(",1") ? 1 : 0;
+  EXPECT_GT(aligned, rows / 2);
+  EXPECT_LT(aligned, rows * 9 / 10);
+}
+
+TEST(CodedPulses, ThatAreNotThereAreMissed) {
+  const TempDir folder;
+  const std::string rig = (folder.path() / "rig.toml").string();
+  ASSERT_EQ(run_glint({"sim", "--rig-out", (folder.path() / "cal.toml").string()}).exit_code, 0);
+  std::ofstream(rig) << "format = 1\nkind = \"rig\"\n[rig]\nname = \"r\"\nrate_hz = 90\n"
+                        "calibration = \"cal.toml\"\n[sync]\ncode_seed = 5\ncode_group = 20\n";
+  const Outcome outcome = run_glint({"track", "sim", "--pace", "fast", "--device", "cpu", "--ticks", "700",
+                                     "--rig", rig, "--output", "jsonl:-"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("check sync.code_seed"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.out.find("\"aligned\":true"), std::string::npos);
+  EXPECT_NE(outcome.out.find("\"aligned\":false"), std::string::npos);
 }
 
 TEST(CtrlC, EndsCleanlyWithTheSummary) {

@@ -124,6 +124,16 @@ std::optional<std::int64_t> number_for(const CameraControl& control, const Contr
   return number;
 }
 
+auto find(const std::vector<CameraControl>& controls, const ControlSetting& setting) {
+  const std::string word = control_word(setting.name);
+  return std::find_if(controls.begin(), controls.end(),
+                      [&](const CameraControl& control) { return control.word == word; });
+}
+
+std::string unknown_text(const std::vector<CameraControl>& controls) {
+  return "is unknown to this camera; it has: " + words_of(controls);
+}
+
 /// Why it did not work; "" if it did.
 std::string set_one(DeviceNode& node, const CameraControl& control, std::int64_t wanted) {
   std::int64_t value = wanted;
@@ -181,6 +191,14 @@ std::vector<CameraControl> list_controls(DeviceNode& node) {
   return controls;
 }
 
+std::string setting_problem(const std::vector<CameraControl>& controls, const ControlSetting& setting) {
+  const auto found = find(controls, setting);
+  if (found == controls.end()) return "control " + setting.name + " " + unknown_text(controls);
+  std::string problem = found->read_only ? "cannot be set" : "";
+  if (problem.empty()) (void)number_for(*found, setting, problem);
+  return problem.empty() ? "" : "control " + found->word + " " + problem;
+}
+
 void set_controls(DeviceNode& node, const std::vector<ControlSetting>& settings) {
   if (settings.empty()) return;
   const std::vector<CameraControl> controls = list_controls(node);
@@ -194,11 +212,9 @@ void set_controls(DeviceNode& node, const std::vector<ControlSetting>& settings)
   };
   std::vector<Again> again;
   for (const ControlSetting& setting : settings) {
-    const std::string word = control_word(setting.name);
-    const auto found = std::find_if(controls.begin(), controls.end(),
-                                    [&](const CameraControl& control) { return control.word == word; });
+    const auto found = find(controls, setting);
     if (found == controls.end()) {
-      complain(setting.name, "is unknown to this camera; it has: " + words_of(controls));
+      complain(setting.name, unknown_text(controls));
       continue;
     }
     std::string problem;

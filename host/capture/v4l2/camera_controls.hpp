@@ -42,6 +42,9 @@ struct ControlSetting {
 /// Letters in lower case, everything between letters and digits one underscore.
 std::string control_word(std::string_view name);
 
+/// Why a camera with these controls cannot take the setting, as far as its lists tell; "" if it can.
+std::string setting_problem(const std::vector<CameraControl>& controls, const ControlSetting& setting);
+
 /// Sets them in order; those that are refused because of another one (exposure while it is automatic) are
 /// tried once more after the others. Throws Error, one line for each that is unknown (with all there are),
 /// out of range or refused.

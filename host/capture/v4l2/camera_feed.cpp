@@ -13,6 +13,7 @@ constexpr std::chrono::milliseconds kSlice{50};  // a stop is noticed within thi
 constexpr std::chrono::seconds kBetweenSilences{2};
 // A camera that has just been plugged in is refused for a moment, until its node's permissions are set.
 constexpr unsigned kRefusalsUntilSaid = 4;
+constexpr const char* kUnplugged = "was unplugged; the others go on, and it is taken back when it returns";
 
 std::string text_of_seconds(double seconds) {
   char text[32];
@@ -37,16 +38,25 @@ CameraFeed::CameraFeed(DeviceCalls& calls, CameraRequest request, WakeUp& reader
   request_.format.rate_hz = stream_->format().rate_hz;
 }
 
+void CameraFeed::set_limit(std::span<const std::uint8_t> limit) {
+  limit_.assign(limit.begin(), limit.end());
+  if (stream_) stream_->set_limit(limit_);
+}
+
 void CameraFeed::start(FramePool& pool, CameraId camera) {
   pool_ = &pool;
   camera_ = camera;
-  absent_since_.reset();
+  last_frame_ = calls_.now();
+  absent_ = false;
   absence_.clear();
-  if (stream_) {
-    stream_->start(pool, camera);
-  } else {
-    note_absence({}, "");  // unplugged while nobody read
+  try {
+    if (stream_) stream_->start(pool, camera);
+  } catch (const NoSuchCamera&) {  // unplugged while nobody read
+    unplugged_.fetch_add(1, std::memory_order_relaxed);
+    stream_.reset();
+    note_absence({}, kUnplugged);
   }
+  if (!stream_) note_absence({}, "");  // or before that
   thread_ = std::jthread([this](const std::stop_token& token) { run(token); });
 }
 
@@ -72,6 +82,7 @@ FeedCounts CameraFeed::counts() const noexcept {
 }
 
 void CameraFeed::run(const std::stop_token& stop) noexcept {
+  if (options_.on_thread) options_.on_thread();
   bool retry_at_once = false;
   while (!stop.stop_requested()) {
     try {
@@ -99,11 +110,12 @@ void CameraFeed::stream(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     switch (stream_->next(received, kSlice)) {
       case StreamStatus::Frame:
-        if (absent_since_) note_return(stop);
+        if (absent_) note_return(stop);
+        last_frame_ = received.arrived;
         pass_on(received);
         break;
       case StreamStatus::Nothing:
-        if (stream_->silent() && !absent_since_) {
+        if (stream_->silent() && !absent_) {
           silent_.fetch_add(1, std::memory_order_relaxed);
           const Timestamp now = calls_.now();
           const bool say_it = now >= silence_said_ + kBetweenSilences || silence_said_ == Timestamp{};
@@ -114,7 +126,7 @@ void CameraFeed::stream(const std::stop_token& stop) {
       case StreamStatus::Unplugged:
         unplugged_.fetch_add(1, std::memory_order_relaxed);
         stream_.reset();
-        note_absence(stop, "was unplugged; the others go on, and it is taken back when it returns");
+        note_absence(stop, kUnplugged);
         return;
       case StreamStatus::Broken: {
         failed_.fetch_add(1, std::memory_order_relaxed);
@@ -131,6 +143,7 @@ void CameraFeed::stream(const std::stop_token& stop) {
 void CameraFeed::reopen() {
   try {
     auto stream = std::make_unique<CameraStream>(calls_, options_.roots, request_);
+    if (!limit_.empty()) stream->set_limit(limit_);
     stream->start(*pool_, camera_);
     stream_ = std::move(stream);
     refusals_ = 0;
@@ -145,21 +158,18 @@ void CameraFeed::reopen() {
 }
 
 void CameraFeed::note_absence(const std::stop_token& stop, const std::string& text) {
-  if (!absent_since_) {
-    absent_since_ = calls_.now();
-    pass_on(stop, FeedItem::Kind::Gone);
-  }
+  if (!std::exchange(absent_, true)) pass_on(stop, FeedItem::Kind::Gone);
   if (text.empty() || text == absence_) return;
   absence_ = text;
   say(text);
 }
 
 void CameraFeed::note_return(const std::stop_token& stop) {
-  const double away_s = seconds_between(*absent_since_, calls_.now());
-  absent_since_.reset();
+  absent_ = false;
   pass_on(stop, FeedItem::Kind::Back);
   if (std::exchange(absence_, {}).empty()) return;
-  say("is back (" + stream_->identity().node + "), without frames for " + text_of_seconds(away_s));
+  say("is back (" + stream_->identity().node + "), without frames for " +
+      text_of_seconds(seconds_between(last_frame_, calls_.now())));
 }
 
 void CameraFeed::say(const std::string& text) const {
@@ -180,7 +190,7 @@ void CameraFeed::pass_on(ReceivedFrame& received) noexcept {
   frames_.fetch_add(1, std::memory_order_relaxed);
   flaws_[static_cast<std::size_t>(received.flaw)].fetch_add(1, std::memory_order_relaxed);
   // What we drop shows as a gap in the driver's sequence numbers, which the ledger books as lost by the host.
-  if (received.flaw == FrameFlaw::NoSlot) return;
+  if (received.flaw == FrameFlaw::NoSlot || received.flaw == FrameFlaw::TooOld) return;
   FeedItem item;
   item.frame = std::move(received.frame);
   item.arrived = received.arrived;

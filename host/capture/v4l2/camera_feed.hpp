@@ -10,9 +10,10 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
+#include <span>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "host/base/ring.hpp"
 #include "host/capture/v4l2/camera_stream.hpp"
@@ -37,6 +38,7 @@ using CameraEventHandler = std::function<void(const std::string&)>;
 
 struct FeedOptions {
   CameraEventHandler on_event;
+  std::function<void()> on_thread;  ///< called first by each camera's thread; must not throw
   DeviceRoots roots;
   std::chrono::milliseconds retry{500};  ///< between attempts to open a camera that has gone
 };
@@ -59,6 +61,8 @@ class CameraFeed {
   CameraFeed(const CameraFeed&) = delete;
   CameraFeed& operator=(const CameraFeed&) = delete;
 
+  /// See FrameSource::set_limit(). Not between start() and stop().
+  void set_limit(std::span<const std::uint8_t> limit);
   /// Starts streaming and the thread. Throws Error.
   void start(FramePool& pool, CameraId camera);
   /// Ends the thread and gives back all frames. The camera stays open.
@@ -89,8 +93,10 @@ class CameraFeed {
   std::unique_ptr<CameraStream> stream_;  // none while the camera is gone
   FramePool* pool_ = nullptr;
   CameraId camera_{};
+  std::vector<std::uint8_t> limit_;  // for a camera that comes back
   Ring<FeedItem> ring_;
-  std::optional<Timestamp> absent_since_;
+  Timestamp last_frame_{};  // or the start
+  bool absent_ = false;
   Timestamp silence_said_{};  // when the last silence was told of
   std::string absence_;       // what was told of the absence; "" if nothing
   std::string last_refusal_;

@@ -158,7 +158,7 @@ std::string describe(const std::vector<FormatOffer>& formats) {
       if (!rates.empty()) text += " at " + rates;
     }
   }
-  return text.empty() ? "nothing" : text;
+  return text.empty() ? "nothing that glint can read" : text;
 }
 
 }  // namespace glint

@@ -2,6 +2,7 @@
 // What pictures a camera offers, and agreeing with its driver on one kind of them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -20,6 +21,10 @@ enum class PixelKind : std::uint8_t {
   Yuyv,   ///< brightness in every other byte
   Mjpeg,  ///< one JPEG a frame
 };
+
+/// Which of them is taken where several would do: the least work first.
+inline constexpr std::array kKindsInOrder{PixelKind::Grey, PixelKind::Nv12, PixelKind::Yuyv,
+                                          PixelKind::Mjpeg};
 
 /// "grey", "nv12", "yuyv", "mjpeg"
 std::string_view name_of(PixelKind kind) noexcept;
@@ -49,6 +54,10 @@ struct FormatOffer {
   std::optional<PixelKind> kind;  ///< nothing: glint cannot read it
   std::vector<SizeOffer> sizes;   ///< empty: the driver does not say
 };
+
+/// Whether size and rate (0: any) are among those that are listed for the format; true where the driver does
+/// not say. Drivers may do more than they list.
+bool offers(const FormatOffer& format, FrameSize size, double rate_hz) noexcept;
 
 /// Everything the driver lists.
 std::vector<FormatOffer> list_formats(DeviceNode& node);

@@ -19,14 +19,15 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr double kSilentPeriods = 3.0, kRateIfUnknown_hz = 30.0;
+constexpr double kSilentPeriods = 3.0, kOldPeriods = 2.0, kRateIfUnknown_hz = 30.0;
+constexpr double kLongestSilence_s = 3600.0;         // whatever rate a driver says it has
 constexpr std::chrono::seconds kFirstFrame{3};       // cameras take their time to start
 constexpr std::chrono::milliseconds kRetryQueue{5};  // while the driver refuses a buffer
 // Errors without a frame between them after which a stream is given up.
 constexpr unsigned kMostTroubles = 20;
 
-nanoseconds silence_at(double rate_hz) noexcept {
-  return nanoseconds(static_cast<std::int64_t>(kSilentPeriods / rate_hz * 1e9));
+nanoseconds time_of_periods(double periods, double rate_hz) noexcept {
+  return nanoseconds(static_cast<std::int64_t>(std::min(periods / rate_hz, kLongestSilence_s) * 1e9));
 }
 
 }  // namespace
@@ -47,8 +48,14 @@ CameraStream::CameraStream(DeviceCalls& calls, const DeviceRoots& roots, const C
     throw Error(where + ": " + error.what());
   }
   const double agreed_hz = format_.rate_hz > 0.0 ? format_.rate_hz : kRateIfUnknown_hz;
-  silence_after_ = silence_at(request.pulse_rate_hz > 0.0 ? request.pulse_rate_hz : agreed_hz);
+  const double rate_hz = request.pulse_rate_hz > 0.0 ? request.pulse_rate_hz : agreed_hz;
+  silence_after_ = time_of_periods(kSilentPeriods, rate_hz);
+  too_old_after_ = time_of_periods(kOldPeriods, rate_hz);
   problem_.reserve(256);
+}
+
+void CameraStream::set_limit(std::span<const std::uint8_t> limit) {
+  if (format_.kind == PixelKind::Mjpeg) jpeg_.set_limit(limit, format_.size);
 }
 
 void CameraStream::stop() noexcept {
@@ -133,6 +140,9 @@ StreamStatus CameraStream::dequeue(ReceivedFrame& received, bool trouble) noexce
   received.arrived = node_.calls().now();
   const FrameTime time = time_of(filled, received.arrived);
   received.flaw = (filled.flags & V4L2_BUF_FLAG_ERROR) != 0 ? FrameFlaw::Flagged : FrameFlaw::None;
+  if (received.flaw == FrameFlaw::None && time.point != StampPoint::HostArrival &&
+      too_old(time.stamped, received.arrived))
+    received.flaw = FrameFlaw::TooOld;
   receive(buffer, filled.bytesused, received);
   Frame& frame = received.frame;
   frame.camera = camera_;
@@ -145,6 +155,14 @@ StreamStatus CameraStream::dequeue(ReceivedFrame& received, bool trouble) noexce
   silent_ = false;
   quiet_until_ = received.arrived + silence_after_;
   return StreamStatus::Frame;
+}
+
+/// Only decoding takes so long that frames queue up because of it. How long a frame is usually under way is
+/// what the quickest was.
+bool CameraStream::too_old(Timestamp stamped, Timestamp arrived) noexcept {
+  const nanoseconds latency = arrived - stamped;
+  least_latency_ = std::min(least_latency_, latency);
+  return format_.kind == PixelKind::Mjpeg && latency - least_latency_ > too_old_after_;
 }
 
 /// Moves the picture, if there is a good one, into received.frame.
@@ -185,6 +203,11 @@ FrameFlaw CameraStream::decode(const Buffer& buffer, std::size_t bytes, Frame& f
   return FrameFlaw::CorruptJpeg;
 }
 
+bool CameraStream::still_there() noexcept {
+  v4l2_capability any{};
+  return node_.descriptor() >= 0 && node_.ioctl(VIDIOC_QUERYCAP, &any) != -ENODEV;
+}
+
 void CameraStream::start(FramePool& pool, CameraId camera) {
   GLINT_CHECK(!streaming_);
   const FrameSize size = pool.size(camera);
@@ -204,9 +227,12 @@ void CameraStream::start(FramePool& pool, CameraId camera) {
     if (result < 0) throw Error(std::string("cannot be started: ") + std::strerror(-result));
   } catch (const Error& error) {
     free_buffers();
-    throw Error("camera " + name_ + " (" + identity_.node + "): " + error.what());
+    const std::string where = "camera " + name_ + " (" + identity_.node + "): ";
+    if (!still_there()) throw NoSuchCamera(where + "was unplugged");
+    throw Error(where + error.what());
   }
   streaming_ = true;
+  least_latency_ = nanoseconds::max();
   quiet_until_ = node_.calls().now() + std::max<nanoseconds>(kFirstFrame, silence_after_);
 }
 

@@ -5,13 +5,14 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "host/capture/jpeg/jpeg_decoder.hpp"
 #include "host/capture/v4l2/camera_controls.hpp"
 #include "host/capture/v4l2/camera_formats.hpp"
 #include "host/capture/v4l2/camera_list.hpp"
-#include "host/capture/v4l2/jpeg_decoder.hpp"
 #include "host/frames/frame_pool.hpp"
 
 namespace glint {
@@ -34,8 +35,9 @@ enum class FrameFlaw : std::uint8_t {
   CorruptJpeg,
   WrongSize,  ///< a JPEG of another size
   NoSlot,     ///< the frame pool had no room: dropped by us
+  TooOld,     ///< a JPEG that waited for two periods: dropped by us, as decoding it would delay newer ones
 };
-inline constexpr std::size_t kFrameFlaws = 7;
+inline constexpr std::size_t kFrameFlaws = 8;
 
 struct ReceivedFrame {
   Frame frame;  ///< sequence, stamped, stamp and damaged are set; without pixels if damaged
@@ -59,9 +61,11 @@ class CameraStream {
   CameraStream(const CameraStream&) = delete;
   CameraStream& operator=(const CameraStream&) = delete;
 
+  /// Pixels of this picture size that are not above `limit` need not be right. Not while streaming.
+  void set_limit(std::span<const std::uint8_t> limit);
   /// Streams into slots of `pool`, which must have frames of format().size for this camera: in place where
   /// format and driver allow it (GREY, rows of the pool's length), else copied or decoded. The pool must stay
-  /// until stop(). Throws Error.
+  /// until stop(). Throws Error; NoSuchCamera if it was unplugged, or had to be closed by stop().
   void start(FramePool& pool, CameraId camera);
   /// Gives back all slots. The camera stays open.
   void stop() noexcept;
@@ -85,12 +89,14 @@ class CameraStream {
     Frame slot;  // in place: where the driver writes
     bool queued = false;
   };
+  bool still_there() noexcept;
   bool start_in_place(FramePool& pool);
   void start_mapped();
   void free_buffers() noexcept;
   int queue(std::uint32_t index) noexcept;
   bool requeue() noexcept;
   StreamStatus fail(const char* what, int error) noexcept;
+  bool too_old(Timestamp stamped, Timestamp arrived) noexcept;
   StreamStatus dequeue(ReceivedFrame& received, bool trouble) noexcept;
   void receive(Buffer& buffer, std::size_t bytes, ReceivedFrame& received) noexcept;
   FrameFlaw decode(const Buffer& buffer, std::size_t bytes, Frame& frame) noexcept;
@@ -99,7 +105,8 @@ class CameraStream {
   DeviceIdentity identity_;
   DeviceNode node_;
   AgreedFormat format_;
-  std::chrono::nanoseconds silence_after_{};
+  std::chrono::nanoseconds silence_after_{}, too_old_after_{};
+  std::chrono::nanoseconds least_latency_{};  // from stamp to arrival, since the start
   JpegDecoder jpeg_;
   FramePool* pool_ = nullptr;
   CameraId camera_{};

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <charconv>
 #include <fstream>
+#include <map>
 #include <system_error>
+
+#include "host/capture/v4l2/camera_formats.hpp"
 
 namespace glint {
 namespace {
@@ -48,7 +51,8 @@ UsbPlace usb_place(const fs::path& usb_device) {
   UsbPlace place;
   place.port = usb_device.filename().string();
   place.bus = number_in(first_line(usb_device / "busnum")).value_or(0);
-  place.serial = first_line(usb_device / "serial");
+  const std::string serial = first_line(usb_device / "serial");
+  place.serial = driver_text(serial.data(), serial.size());    // the device's word, which a terminal may get
   const std::string speed = first_line(usb_device / "speed");  // "480", and "1.5" for the slowest
   double mbit_s = 0.0;
   if (std::from_chars(speed.data(), speed.data() + speed.size(), mbit_s).ec == std::errc{})
@@ -100,6 +104,15 @@ void take_links(std::vector<DeviceIdentity>& identities, const DeviceRoots& root
   }
 }
 
+/// A name that several nodes have (those of one vivid device) names none of them.
+void drop_shared_names(std::vector<DeviceIdentity>& identities) {
+  std::map<std::string, int> nodes;
+  for (const DeviceIdentity& identity : identities) ++nodes[identity.by_path];
+  for (DeviceIdentity& identity : identities) {
+    if (nodes[identity.by_path] > 1) identity.by_path.clear();
+  }
+}
+
 }  // namespace
 
 std::vector<DeviceIdentity> list_identities(const DeviceRoots& roots) {
@@ -121,6 +134,7 @@ std::vector<DeviceIdentity> list_identities(const DeviceRoots& roots) {
   std::sort(all.begin(), all.end(),
             [](const DeviceIdentity& a, const DeviceIdentity& b) { return a.number < b.number; });
   take_links(all, roots);
+  drop_shared_names(all);
   return all;
 }
 

@@ -19,7 +19,8 @@ struct UsbPlace {
   std::string port;           ///< "1-2.3": bus 1, port 2 of the root hub, port 3 of the hub there
   unsigned bus = 0;           ///< cameras on the same bus share its bandwidth
   double speed_mbit_s = 0.0;  ///< 12, 480, 5000, ...; 0: unknown
-  std::string serial;         ///< "" if it has none; many cheap cameras share one
+  /// "" if it has none; many cheap cameras share one. What is not printable ASCII reads '?'.
+  std::string serial;
 };
 
 struct DeviceIdentity {
@@ -27,7 +28,7 @@ struct DeviceIdentity {
   unsigned number = 0;  ///< its 0
   unsigned index = 0;   ///< of the node among those of one device; 0 is the picture, others often metadata
   /// As udev names the link in /dev/v4l/by-path: that link where it is, else worked out in the same way.
-  /// "" for devices that are nowhere (v4l2loopback): their node is all there is.
+  /// "" for devices that are nowhere (v4l2loopback) or share a name: their node is all there is.
   std::string by_path;
   std::optional<UsbPlace> usb;
 

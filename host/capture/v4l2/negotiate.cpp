@@ -39,22 +39,6 @@ v4l2_format current_format(DeviceNode& node) {
   return format;
 }
 
-bool offers(const FormatOffer& format, FrameSize size, double rate_hz) {
-  if (format.sizes.empty()) return true;  // the driver does not say; S_FMT will
-  return std::any_of(format.sizes.begin(), format.sizes.end(), [&](const SizeOffer& offer) {
-    if (!offer.holds(size)) return false;
-    // Rates were listed for the largest of a range of sizes, and smaller ones may be faster.
-    if (rate_hz <= 0.0 || !offer.discrete()) return true;
-    const RateOffer& rates = offer.rates;
-    if (rates.discrete_hz.empty()) {
-      return rates.highest_hz <= 0.0 || (rate_hz <= rates.highest_hz * (1.0 + kRateTolerance) &&
-                                         rate_hz >= rates.lowest_hz * (1.0 - kRateTolerance));
-    }
-    return std::any_of(rates.discrete_hz.begin(), rates.discrete_hz.end(),
-                       [&](double rate) { return same_rate(rate, rate_hz); });
-  });
-}
-
 /// The layout that the driver's answer describes; nothing if it is not what was asked for, or cannot be.
 std::optional<AgreedFormat> layout_of(const v4l2_pix_format& pix, std::uint32_t fourcc, PixelKind kind,
                                       FrameSize size) {
@@ -107,6 +91,11 @@ struct Refusal {
   std::string other_rate;  // what there is instead
 };
 
+std::vector<FormatOffer> readable(std::vector<FormatOffer> formats) {
+  std::erase_if(formats, [](const FormatOffer& format) { return !format.kind; });
+  return formats;
+}
+
 /// Asks for one format; nothing if the driver gives something else. Why goes into `refusal`.
 std::optional<AgreedFormat> try_format(DeviceNode& node, const FormatOffer& format, FrameSize size,
                                        double rate_hz, Refusal& refusal) {
@@ -131,6 +120,22 @@ std::optional<AgreedFormat> try_format(DeviceNode& node, const FormatOffer& form
 
 }  // namespace
 
+bool offers(const FormatOffer& format, FrameSize size, double rate_hz) noexcept {
+  if (format.sizes.empty()) return true;  // the driver does not say; S_FMT will
+  return std::any_of(format.sizes.begin(), format.sizes.end(), [&](const SizeOffer& offer) {
+    if (!offer.holds(size)) return false;
+    // Rates were listed for the largest of a range of sizes, and smaller ones may be faster.
+    if (rate_hz <= 0.0 || !offer.discrete()) return true;
+    const RateOffer& rates = offer.rates;
+    if (rates.discrete_hz.empty()) {
+      return rates.highest_hz <= 0.0 || (rate_hz <= rates.highest_hz * (1.0 + kRateTolerance) &&
+                                         rate_hz >= rates.lowest_hz * (1.0 - kRateTolerance));
+    }
+    return std::any_of(rates.discrete_hz.begin(), rates.discrete_hz.end(),
+                       [&](double rate) { return same_rate(rate, rate_hz); });
+  });
+}
+
 AgreedFormat negotiate(DeviceNode& node, const WantedFormat& wanted) {
   FrameSize size = wanted.size;
   if (size.width_px == 0 || size.height_px == 0) {
@@ -144,7 +149,7 @@ AgreedFormat negotiate(DeviceNode& node, const WantedFormat& wanted) {
   Refusal refusal;
   // Some drivers can do more than they list: what they list first, then the rest.
   for (const bool listed : {true, false}) {
-    for (const PixelKind kind : {PixelKind::Grey, PixelKind::Nv12, PixelKind::Yuyv, PixelKind::Mjpeg}) {
+    for (const PixelKind kind : kKindsInOrder) {
       if (wanted.kind && *wanted.kind != kind) continue;
       for (const FormatOffer& format : formats) {
         if (format.kind != kind || offers(format, size, wanted.rate_hz) != listed) continue;
@@ -158,7 +163,7 @@ AgreedFormat negotiate(DeviceNode& node, const WantedFormat& wanted) {
   }
   throw Error("does not offer " + wanted_text(wanted, size) +
               (refusal.error != 0 ? std::string(" (") + std::strerror(refusal.error) + ")" : "") +
-              refusal.other_rate + "; it offers: " + describe(formats));
+              refusal.other_rate + "; it offers: " + describe(readable(formats)));
 }
 
 }  // namespace glint

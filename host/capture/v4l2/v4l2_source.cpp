@@ -15,6 +15,21 @@ constexpr std::chrono::milliseconds kIdleAfter{200};
 constexpr std::chrono::microseconds kShortestNap{100};
 constexpr std::uint32_t kBuffersOfDriver = 6, kSetsBeingMade = 4;
 
+/// `arrived`: of the set's last frame.
+LiveTimes live_times(const FrameSet& set, Timestamp arrived, double exposed_error_s) noexcept {
+  LiveTimes times;
+  times.arrived = arrived;
+  times.exposed_error_s = exposed_error_s;
+  bool any = false;
+  for (const std::optional<Frame>& frame : set.frames) {
+    if (!frame || (any && frame->stamped <= times.stamped)) continue;
+    times.stamped = frame->stamped;
+    times.stamp = frame->stamp;
+    any = true;
+  }
+  return times;
+}
+
 std::string times(std::uint64_t count) { return std::to_string(count) + (count == 1 ? " time" : " times"); }
 
 }  // namespace
@@ -47,8 +62,13 @@ std::uint32_t V4l2Source::frames_ahead() const noexcept {
          kSetsBeingMade;
 }
 
+void V4l2Source::set_limit(std::uint32_t camera, std::span<const std::uint8_t> limit) {
+  feeds_[camera]->set_limit(limit);
+}
+
 void V4l2Source::start(FramePool& pool) {
   assembler_ = std::make_unique<Assembler>(feeds_.size(), assemble_);
+  shifted_.fill(0);
   pool_ = &pool;
   std::string problems;
   for (std::size_t n = 0; n < feeds_.size(); ++n) {
@@ -65,6 +85,19 @@ void V4l2Source::let_go() noexcept {
   for (const auto& feed : feeds_) feed->stop();
   assembler_.reset();
   pool_ = nullptr;
+}
+
+void V4l2Source::shift(CameraId camera, int pulses) noexcept {
+  wanted_shift_[index(camera)].store(pulses, std::memory_order_relaxed);
+}
+
+void V4l2Source::apply_shifts() noexcept {
+  for (std::size_t n = 0; n < feeds_.size(); ++n) {
+    const int wanted = wanted_shift_[n].load(std::memory_order_relaxed);
+    if (wanted == shifted_[n]) continue;
+    assembler_->shift(CameraId{static_cast<std::uint8_t>(n)}, wanted - shifted_[n]);
+    shifted_[n] = wanted;
+  }
 }
 
 /// Moves everything that has come into the assembler. False if nothing had.
@@ -85,6 +118,7 @@ bool V4l2Source::gather() noexcept {
 
 ReadStatus V4l2Source::read(FramePool& pool, FrameSet& set) noexcept {
   for (auto& frame : set.frames) frame.reset();
+  set.live.reset();
   if (!failure_.empty()) return ReadStatus::Failed;
   if (pool_ != &pool) {
     let_go();
@@ -98,9 +132,11 @@ ReadStatus V4l2Source::read(FramePool& pool, FrameSet& set) noexcept {
   }
   const Timestamp idle_at = std::chrono::steady_clock::now() + kIdleAfter;
   for (;;) {
+    apply_shifts();
     const bool any = gather();
     const Timestamp now = std::chrono::steady_clock::now();
     if (assembler_->next(set, now)) {
+      set.live = live_times(set, set.delivered, assembler_->exposed_error_s());
       set.delivered = now;
       return ReadStatus::Ok;
     }
@@ -144,7 +180,8 @@ std::string V4l2Source::odd_things() const {
                                                             "truncated JPEGs",
                                                             "corrupt JPEGs",
                                                             "of another size",
-                                                            "without room in memory"};
+                                                            "without room in memory",
+                                                            "too old to be decoded"};
   std::string text;
   for (const auto& feed : feeds_) {
     const FeedCounts counts = feed->counts();

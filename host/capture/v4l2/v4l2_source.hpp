@@ -2,6 +2,8 @@
 // V4L2 cameras as one live source of frame sets.
 #pragma once
 
+#include <array>
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,9 +33,11 @@ class V4l2Source final : public FrameSource {
   double rate_hz() const noexcept override { return assemble_.rate_hz; }
   bool live() const noexcept override { return true; }
   std::uint32_t frames_ahead() const noexcept override;
+  void set_limit(std::uint32_t camera, std::span<const std::uint8_t> limit) override;
   /// The first call with a pool starts the cameras: frames come straight out of it until let_go().
   [[nodiscard]] ReadStatus read(FramePool& pool, FrameSet& set) noexcept override;
   void let_go() noexcept override;
+  void shift(CameraId camera, int pulses) noexcept override;
   SourceCounters counters() const noexcept override;
   const Ledger* ledger() const noexcept override { return assembler_ ? &assembler_->ledger() : nullptr; }
   const std::string& problem() const noexcept override;
@@ -41,6 +45,7 @@ class V4l2Source final : public FrameSource {
  private:
   void start(FramePool& pool);
   bool gather() noexcept;
+  void apply_shifts() noexcept;
   std::string odd_things() const;
 
   std::shared_ptr<DeviceCalls> calls_;
@@ -49,7 +54,9 @@ class V4l2Source final : public FrameSource {
   WakeUp wake_up_;
   FramePool* pool_ = nullptr;  // that the cameras fill
   std::unique_ptr<Assembler> assembler_;
-  std::vector<std::unique_ptr<CameraFeed>> feeds_;  // after what their threads use
+  std::array<std::atomic<int>, gpu::kMaxCameras> wanted_shift_{};  // pulses, of shift()
+  std::array<int, gpu::kMaxCameras> shifted_{};                    // what the assembler was told of it
+  std::vector<std::unique_ptr<CameraFeed>> feeds_;                 // after what their threads use
   std::string failure_;
   mutable std::string problem_;
 };

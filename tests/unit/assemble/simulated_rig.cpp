@@ -79,6 +79,12 @@ SimulatedRig::SimulatedRig(const RigOptions& given)
         continue;
       }
       Fault fault = faults[camera];
+      const bool slipped = options.slip && options.slip->camera == camera && pulse >= options.slip->from;
+      if (slipped && options.slip->pulses > 0 && pulse < options.slip->from + options.slip->silent) {
+        fault = Fault::NeverSent;
+      }
+      const bool flushes = slipped && pulse == options.slip->from && options.slip->pulses < 0;
+      if (flushes) fault = Fault::None;
       if (fault == Fault::Late && !in_time) fault = Fault::None;
       if (fault == Fault::NeverSent) {
         fate = FrameFate::LostByCamera;
@@ -92,6 +98,7 @@ SimulatedRig::SimulatedRig(const RigOptions& given)
       Delivery d;
       d.camera = camera;
       d.pulse = pulse;
+      d.shown = slipped && !flushes ? pulse - options.slip->pulses : pulse;
       const auto stamp = [&](double extra) {
         double stamped =
             pulse_s(pulse) + options.offset_s[camera] + extra + options.jitter_s * normal(random);
@@ -114,6 +121,15 @@ SimulatedRig::SimulatedRig(const RigOptions& given)
         d.damaged = true;
       }
       deliveries.push_back(d);
+      for (int extra = 1; flushes && extra <= -options.slip->pulses; ++extra) {
+        Delivery more = d;
+        more.second = true;
+        more.shown = pulse + extra;
+        more.sequence = sequence[camera]++;
+        more.stamped_s += 0.02 * period_s * extra;
+        more.arrived_s += 0.02 * period_s * extra;
+        deliveries.push_back(more);
+      }
       if (fault == Fault::Twice) {
         const double first_arrived = d.arrived_s;
         stamp(0.1 * unit(random) * period_s);

@@ -36,6 +36,14 @@ struct RigOptions {
     std::int64_t from = 0, to = 0;
   };
   std::vector<Away> away;
+  /// From a pulse on a camera's frames show the exposure so many pulses earlier (later if negative). Earlier:
+  /// for `silent` pulses it sends nothing first. Later: first it sends so many frames more within one pulse.
+  struct Slip {
+    std::size_t camera = 0;
+    std::int64_t from = 0;
+    int pulses = 0, silent = 1;
+  };
+  std::optional<Slip> slip;
   std::uint64_t seed = 1;
 };
 
@@ -43,6 +51,7 @@ struct RigOptions {
 struct Delivery {
   std::size_t camera = 0;
   std::int64_t pulse = 0;
+  std::int64_t shown = 0;  ///< exposure that it shows; the pulse, unless the camera has slipped
   std::uint32_t sequence = 0;
   double stamped_s = 0.0, arrived_s = 0.0;
   bool damaged = false, second = false, left = false;

@@ -54,6 +54,23 @@ TEST_F(Cameras, NamesAreThoseOfUdev) {
   EXPECT_FALSE(all[2].usb);
 }
 
+TEST_F(Cameras, NothingInASerialNumberActsOnATerminal) {
+  add_usb(0, "1-1", "\x1b[2JA\xff");
+  const auto all = list_identities(tree_.roots());
+  ASSERT_TRUE(all.at(0).usb);
+  EXPECT_EQ(all[0].usb->serial, "?[2JA?");
+  EXPECT_EQ(opened("serial:?[2JA?"), tree_.node(0));
+}
+
+TEST_F(Cameras, ANameOfSeveralNodesIsNone) {
+  tree_.add_platform(0, "vivid.0", 0);
+  tree_.add_platform(1, "vivid.0", 0);  // vivid numbers the nodes of each of its cameras from 0
+  driver_.add(tree_.node(0));
+  driver_.add(tree_.node(1));
+  for (const DeviceIdentity& identity : list_identities(tree_.roots())) EXPECT_EQ(identity.by_path, "");
+  EXPECT_EQ(opened(tree_.node(1)), tree_.node(1));
+}
+
 TEST_F(Cameras, UdevsOwnLinkHasTheLastWord) {
   tree_.add_usb(0, "1-2", "");
   tree_.link_by_path("pci-0000:00:14.0-usbv2-0:2:1.0-video-index0", 0);

@@ -120,6 +120,30 @@ TEST_F(Stream, JpegsGoodCutCorruptAndOfAnotherSize) {
   }
 }
 
+/// While we did not come, frames queued up: the old ones are not decoded, so that the newest is soon there.
+TEST_F(Stream, JpegsThatWaitedTooLongAreNotDecoded) {
+  const auto jpeg = test::jpeg_of(test::disc_picture(64, 48, 1), 64, 48, 90);
+  camera().formats[0].fourcc = V4L2_PIX_FMT_MJPEG;
+  camera().frame = [&](std::uint64_t, FakeFrame& frame) {
+    frame.bytes = jpeg;
+    return true;
+  };
+  start();
+  for (int n = 0; n < 3; ++n) {
+    ASSERT_EQ(next_frame(), StreamStatus::Frame);
+    EXPECT_EQ(received_.flaw, FrameFlaw::None);
+  }
+  received_.frame = {};
+  driver_.with(path_, [](test::FakeCamera& c) { c.started -= milliseconds(55); });
+  std::vector<FrameFlaw> flaws;
+  for (int n = 0; n < 8; ++n) {
+    ASSERT_EQ(next_frame(), StreamStatus::Frame);
+    flaws.push_back(received_.flaw);
+  }
+  using enum FrameFlaw;
+  EXPECT_THAT(flaws, ::testing::ElementsAre(TooOld, TooOld, TooOld, None, None, None, None, None));
+}
+
 TEST_F(Stream, FlaggedAndShortFramesAreDamaged) {
   camera().frame = [](std::uint64_t pulse, FakeFrame& frame) {
     frame.bytes.assign(64 * 48, 9);

@@ -5,6 +5,7 @@
 #include <turbojpeg.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
 #include <random>
 #include <stdexcept>
@@ -27,22 +28,46 @@ std::vector<std::uint8_t> disc_picture(std::uint32_t width_px, std::uint32_t hei
   return grey;
 }
 
-std::vector<std::uint8_t> jpeg_of(const std::vector<std::uint8_t>& grey, std::uint32_t width_px,
-                                  std::uint32_t height_px, int quality, bool colour) {
+namespace {
+
+/// `pixels`: grey, or red, green, blue.
+std::vector<std::uint8_t> compress(const std::vector<std::uint8_t>& pixels, std::uint32_t width_px,
+                                   std::uint32_t height_px, int quality, int sampling) {
   const std::unique_ptr<void, int (*)(void*)> compressor(tjInitCompress(), tjDestroy);
   const int width = static_cast<int>(width_px), height = static_cast<int>(height_px);
-  const int sampling = colour ? TJSAMP_422 : TJSAMP_GRAY;
-  std::vector<std::uint8_t> jpeg(tjBufSize(width, height, sampling));
+  std::vector<std::uint8_t> jpeg(tjBufSize(width, height, sampling) + 4096);  // restart markers need more
   unsigned char* out = jpeg.data();
   unsigned long bytes = jpeg.size();
-  std::vector<std::uint8_t> rgb;
-  for (const std::uint8_t pixel : grey) {
-    if (colour) rgb.insert(rgb.end(), 3, pixel);
-  }
-  if (tjCompress2(compressor.get(), colour ? rgb.data() : grey.data(), width, 0, height,
-                  colour ? TJPF_RGB : TJPF_GRAY, &out, &bytes, sampling, quality, TJFLAG_NOREALLOC) != 0)
+  if (tjCompress2(compressor.get(), pixels.data(), width, 0, height,
+                  sampling == TJSAMP_GRAY ? TJPF_GRAY : TJPF_RGB, &out, &bytes, sampling, quality,
+                  TJFLAG_NOREALLOC) != 0)
     throw std::runtime_error(tjGetErrorStr2(compressor.get()));
   jpeg.resize(bytes);
+  return jpeg;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> jpeg_of(const std::vector<std::uint8_t>& grey, std::uint32_t width_px,
+                                  std::uint32_t height_px, int quality, bool colour) {
+  if (!colour) return compress(grey, width_px, height_px, quality, TJSAMP_GRAY);
+  std::vector<std::uint8_t> rgb;
+  for (const std::uint8_t pixel : grey) rgb.insert(rgb.end(), 3, pixel);
+  return compress(rgb, width_px, height_px, quality, TJSAMP_422);
+}
+
+std::vector<std::uint8_t> sampled_jpeg_of(const std::vector<std::uint8_t>& grey, std::uint32_t width_px,
+                                          std::uint32_t height_px, int quality, int sampling, bool restarts) {
+  std::vector<std::uint8_t> rgb;
+  for (std::size_t n = 0; n < grey.size() && sampling != TJSAMP_GRAY; ++n) {
+    for (int channel = 0; channel < 3; ++channel)
+      rgb.push_back(static_cast<std::uint8_t>(
+          std::min(grey[n] + (channel == static_cast<int>(n / 40 % 3) ? 6 : 0), 255)));
+  }
+  if (restarts) setenv("TJ_RESTART", "1", 1);
+  std::vector<std::uint8_t> jpeg =
+      compress(sampling == TJSAMP_GRAY ? grey : rgb, width_px, height_px, quality, sampling);
+  unsetenv("TJ_RESTART");
   return jpeg;
 }
 

@@ -14,6 +14,11 @@ std::vector<std::uint8_t> disc_picture(std::uint32_t width_px, std::uint32_t hei
 std::vector<std::uint8_t> jpeg_of(const std::vector<std::uint8_t>& grey, std::uint32_t width_px,
                                   std::uint32_t height_px, int quality, bool colour = false);
 
+/// `sampling`: TurboJPEG's number for it. Colours are not all the same, so that they must be read past.
+/// `restarts`: a marker behind each row of units.
+std::vector<std::uint8_t> sampled_jpeg_of(const std::vector<std::uint8_t>& grey, std::uint32_t width_px,
+                                          std::uint32_t height_px, int quality, int sampling, bool restarts);
+
 /// Without its Huffman tables, as Motion JPEG comes. They must be the standard ones, which jpeg_of()'s are.
 std::vector<std::uint8_t> without_huffman_tables(const std::vector<std::uint8_t>& jpeg);
 

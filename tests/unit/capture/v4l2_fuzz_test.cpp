@@ -1,92 +1,27 @@
 // SPDX-License-Identifier: MIT
 // Drivers that answer at random: nothing crashes, hangs, leaks a slot or reads where it must not.
 #include <gtest/gtest.h>
-#include <poll.h>
 
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <random>
 
 #include "tests/unit/capture/camera_stream_fixture.hpp"
 #include "tests/unit/capture/grey_jpeg.hpp"
+#include "tests/unit/capture/spoilt_calls.hpp"
 
 namespace glint {
 namespace {
 
-/// Passes calls on to a driver that behaves, and spoils some of the answers.
-class RandomCalls final : public DeviceCalls {
+class RandomChoices final : public test::Choices {
  public:
-  RandomCalls(test::FakeV4l2& driver, unsigned seed) : driver_(driver), random_(seed) {
-    spoilt_per_mille_ = std::array{2u, 20u, 150u, 500u}[random_() % 4];
-  }
-
-  int open(const char* path) noexcept override { return spoil() ? some_error() : driver_.open(path); }
-  void close(int descriptor) noexcept override { driver_.close(descriptor); }
-  std::byte* map(int descriptor, std::size_t bytes, std::int64_t offset) noexcept override {
-    return spoil() ? nullptr : driver_.map(descriptor, bytes, offset);
-  }
-  void unmap(std::byte* memory, std::size_t bytes) noexcept override { driver_.unmap(memory, bytes); }
-  int poll(int descriptor, std::chrono::nanoseconds longest) noexcept override {
-    const int events = driver_.poll(descriptor, longest);
-    return spoil() ? static_cast<int>(random_() % 0x40) - 4 : events;
-  }
-  Timestamp now() noexcept override { return driver_.now(); }
-
-  int ioctl(int descriptor, unsigned long request, void* argument) noexcept override {
-    if (!spoil()) return driver_.ioctl(descriptor, request, argument);
-    if (random_() % 3 == 0) return some_error();
-    const int result = driver_.ioctl(descriptor, request, argument);
-    // A driver may say anything about a buffer, but where its memory is and how long is the kernel's word.
-    if (request == VIDIOC_QUERYBUF || request == VIDIOC_REQBUFS || request == VIDIOC_G_EXT_CTRLS ||
-        request == VIDIOC_S_EXT_CTRLS)
-      return result;
-    if (request == VIDIOC_DQBUF) {
-      spoil_buffer(*static_cast<v4l2_buffer*>(argument));
-    } else {
-      auto* const bytes = static_cast<unsigned char*>(argument);
-      const std::size_t size = _IOC_SIZE(request);
-      for (unsigned n = 0; n < 1 + random_() % 6; ++n) bytes[random_() % size] = some_byte();
-    }
-    return random_() % 8 == 0 ? 0 : result;
-  }
+  explicit RandomChoices(unsigned seed) : random_(seed) {}
+  std::uint32_t below(std::uint32_t count) override { return anything() % count; }
+  std::uint32_t anything() override { return static_cast<std::uint32_t>(random_()); }
 
  private:
-  bool spoil() { return random_() % 1000 < spoilt_per_mille_; }
-  unsigned char some_byte() {
-    return std::array<unsigned char, 4>{0, 0xff, 0x7f, static_cast<unsigned char>(random_())}[random_() % 4];
-  }
-  int some_error() {
-    return -std::array{
-        EIO, EINVAL, ENODEV, EAGAIN, EBUSY, ENOTTY, ENOMEM, EPIPE, ENOSPC, EACCES}[random_() % 10];
-  }
-  void spoil_buffer(v4l2_buffer& buffer) {
-    const std::uint32_t anything = static_cast<std::uint32_t>(random_());
-    switch (random_() % 6) {
-      case 0:
-        buffer.index = anything % 2 == 0 ? anything : anything % 8;
-        break;
-      case 1:
-        buffer.bytesused = anything % 2 == 0 ? anything : anything % 8000;
-        break;
-      case 2:
-        buffer.flags = anything;
-        break;
-      case 3:
-        buffer.sequence = anything;
-        break;
-      case 4:
-        buffer.timestamp.tv_sec = static_cast<long>(std::uint64_t{random_()} << 32 | random_());
-        break;
-      default:
-        buffer.timestamp.tv_usec = static_cast<long>(std::uint64_t{random_()} << 32 | random_());
-    }
-  }
-
-  test::FakeV4l2& driver_;
   std::mt19937 random_;
-  unsigned spoilt_per_mille_;
 };
 
 void prepare(test::FakeCamera& camera, unsigned seed) {
@@ -120,7 +55,8 @@ TEST(V4l2Fuzz, NoAnswerOfADriverDoesHarm) {
   for (; seed < kSeeds || std::chrono::steady_clock::now() < until; ++seed) {
     test::StreamFixture fixture;
     prepare(fixture.camera(), seed);
-    RandomCalls calls(fixture.driver_, seed);
+    RandomChoices choices(seed);
+    test::SpoiltCalls calls(fixture.driver_, choices, choices.one_of(std::array{1u, 5u, 38u, 128u}));
     CameraRequest request = fixture.request();
     if (seed % 5 == 0) request.format = {};
     request.controls = {{"gain", 7}, {"trigger_mode", std::string("on")}};

@@ -123,6 +123,32 @@ TEST_F(Source, GivesWholeSets) {
   EXPECT_THAT(events(), ::testing::IsEmpty());
 }
 
+TEST_F(Source, AShiftIsAskedForFromAnotherThreadAndMarkedOnTheFrames) {
+  open();
+  std::int64_t before = 0, after = 0;
+  const auto pair = [&](int shifted) {
+    return set_.frames[0] && set_.frames[1] && set_.frames[1]->shifted == shifted;
+  };
+  const auto ahead = [&] { return std::int64_t{set_.frames[1]->sequence} - set_.frames[0]->sequence; };
+  read_for(milliseconds(800));
+  read_until(milliseconds(1000), [&] { return pair(0); });
+  ASSERT_TRUE(pair(0));
+  before = ahead();
+  const std::uint32_t run = set_.frames[1]->run;
+  std::thread([this] { source_->shift(CameraId{1}, -2); }).join();
+  read_until(milliseconds(1000), [&] { return pair(-2); });
+  ASSERT_TRUE(pair(-2));
+  after = ahead();
+  EXPECT_EQ(after, before + 2) << "frames two pulses younger";
+  EXPECT_NE(set_.frames[1]->run, run);
+  EXPECT_EQ(set_.frames[0]->shifted, 0);
+  source_->shift(CameraId{1}, 0);
+  read_until(milliseconds(1000), [&] { return pair(0); });
+  ASSERT_TRUE(pair(0));
+  EXPECT_EQ(ahead(), before);
+  expect_balance();
+}
+
 TEST_F(Source, AnUnpluggedCameraIsToldOfAtOnceAndTakenBackUnderAnotherNumber) {
   open();
   read_for(milliseconds(600));
@@ -164,7 +190,7 @@ TEST_F(Source, ADriverThatFailsIsOpenedAgain) {
   EXPECT_TRUE(told("camera left failed: the driver failed: Input/output error"));
   EXPECT_TRUE(told("camera left is back"));
   forget();
-  read_for(milliseconds(400));
+  read_until(milliseconds(3000), [&] { return frames_[0] >= 12; });
   EXPECT_GE(frames_[0], 12u);
 }
 
@@ -222,6 +248,23 @@ TEST_F(Source, AnotherPoolCanBeReadInto) {
   forget();
   read_for(milliseconds(1000));
   EXPECT_GE(frames_[0], 25u);
+  expect_balance();
+}
+
+TEST_F(Source, ACameraUnpluggedBetweenTwoPoolsIsTakenBackToo) {
+  open();
+  read_for(milliseconds(300));
+  source_->let_go();
+  driver_->with(tree_.node(2), [](FakeCamera& camera) { camera.plugged = false; });
+  forget();
+  read_until(milliseconds(5000), [&] { return frames_[0] >= 10; });
+  EXPECT_GE(frames_[0], 10u);
+  EXPECT_EQ(frames_[1], 0u);
+  EXPECT_TRUE(told("camera middle was unplugged"));
+  driver_->with(tree_.node(2), [](FakeCamera& camera) { camera.plugged = true; });
+  read_until(milliseconds(5000), [&] { return frames_[1] >= 5; });
+  EXPECT_GE(frames_[1], 5u);
+  EXPECT_TRUE(told("camera middle is back"));
   expect_balance();
 }
 

@@ -125,6 +125,15 @@ TEST(ReportRecorder, LatenciesThatWereNotMeasuredAreLeftOut) {
   recorder.add({at_s(1), {}});
   EXPECT_EQ(recorder.detection().count(), 1u);
   EXPECT_EQ(recorder.end_to_end().max_s(), 2e-3);
+  EXPECT_EQ(recorder.stamp_to_output().count(), 0u);
+  ReportData data;
+  recorder.fill(data);
+  EXPECT_EQ(report_html(data).find("driver's stamp"), std::string::npos);
+
+  recorder.add({at_s(2), {}, 1e-3, 2e-3, 15e-3});
+  recorder.fill(data);
+  EXPECT_EQ(data.stamp_to_output.max_s(), 15e-3);
+  EXPECT_NE(report_html(data).find("driver's stamp"), std::string::npos);
 }
 
 }  // namespace

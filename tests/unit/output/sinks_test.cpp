@@ -42,9 +42,9 @@ TEST(TrackSink, CsvHoldsOneRowAPoint) {
   EXPECT_EQ(sink->write({TriggerNo(8), at_ns(1'234'579'000'000), {}}), SinkStatus::Ok);
   EXPECT_EQ(sink->finish(), SinkStatus::Ok);
   EXPECT_EQ(text_of(folder / "t.csv"),
-            "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras\n"
-            "7,1234567890123,1,0.1000000,-2.0000000,1.2345678,0.0432,1+2+4\n"
-            "7,1234567890123,4000000000,0.0000000,0.0000000,0.0000000,0.0000,1+32\n");
+            "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras,aligned\n"
+            "7,1234567890123,1,0.1000000,-2.0000000,1.2345678,0.0432,1+2+4,\n"
+            "7,1234567890123,4000000000,0.0000000,0.0000000,0.0000000,0.0000,1+32,\n");
   EXPECT_EQ(sink->counters().rows_written, 2u);
   EXPECT_EQ(sink->problem(), "");
 }
@@ -54,16 +54,41 @@ TEST(TrackSink, JsonlHoldsOneObjectATickAlsoWithoutPoints) {
   const auto sink = make_track_sink(parse_output_spec("jsonl:" + (folder / "t.jsonl")));
   const std::vector<TrackedPoint> points{point(1, {0.1, 2, 3}, 0.5, 0b101), point(2, {1, 1, 1}, 0.25, 0b10)};
   EXPECT_EQ(sink->write({TriggerNo(0), at_ns(0), {}}), SinkStatus::Ok);
-  EXPECT_EQ(sink->write({TriggerNo(1), at_ns(11'111'111), points}), SinkStatus::Ok);
+  EXPECT_EQ(sink->write({TriggerNo(1), at_ns(11'111'111), points, 0b111, 123.4567e-6, at_ns(11'500'000)}),
+            SinkStatus::Ok);
   EXPECT_EQ(sink->finish(), SinkStatus::Ok);
   EXPECT_EQ(text_of(folder / "t.jsonl"),
-            "{\"tick\":0,\"time_ns\":0,\"points\":[]}\n"
-            "{\"tick\":1,\"time_ns\":11111111,\"points\":["
+            "{\"tick\":0,\"time_ns\":0,\"cameras\":[],\"points\":[]}\n"
+            "{\"tick\":1,\"time_ns\":11111111,\"time_error_ns\":123457,\"stamped_ns\":11500000,"
+            "\"cameras\":[1,2,3],\"points\":["
             "{\"id\":1,\"x_m\":0.1000000,\"y_m\":2.0000000,\"z_m\":3.0000000,\"residual_px\":0.5000,"
-            "\"cameras\":[1,3]},"
+            "\"cameras\":[1,3],\"aligned\":null},"
             "{\"id\":2,\"x_m\":1.0000000,\"y_m\":1.0000000,\"z_m\":1.0000000,\"residual_px\":0.2500,"
-            "\"cameras\":[2]}"
+            "\"cameras\":[2],\"aligned\":null}"
             "]}\n");
+}
+
+TEST(TrackSink, SaysOfEachPointWhetherItsCamerasAreProven) {
+  ScratchFolder folder;
+  const auto csv = make_track_sink(parse_output_spec("csv:" + (folder / "t.csv")));
+  const auto jsonl = make_track_sink(parse_output_spec("jsonl:" + (folder / "t.jsonl")));
+  const std::vector<TrackedPoint> points{point(1, {0, 0, 0}, 0, 0b0011), point(2, {0, 0, 0}, 0, 0b0110)};
+  TrackRow row{TriggerNo(1), at_ns(5), points};
+  row.unproven = 0b0100;
+  TrackRow dark{TriggerNo(2), at_ns(6), {}};
+  dark.unproven = 0b0100;
+  dark.dark = true;
+  for (TrackSink* const sink : {csv.get(), jsonl.get()}) {
+    EXPECT_EQ(sink->write(row), SinkStatus::Ok);
+    EXPECT_EQ(sink->write(dark), SinkStatus::Ok);
+    EXPECT_EQ(sink->finish(), SinkStatus::Ok);
+  }
+  EXPECT_THAT(text_of(folder / "t.csv"), testing::HasSubstr(",1+2,1\n"));
+  EXPECT_THAT(text_of(folder / "t.csv"), testing::HasSubstr(",2+3,0\n"));
+  const std::string lines = text_of(folder / "t.jsonl");
+  EXPECT_THAT(lines, testing::HasSubstr("\"cameras\":[1,2],\"aligned\":true}"));
+  EXPECT_THAT(lines, testing::HasSubstr("\"cameras\":[2,3],\"aligned\":false}"));
+  EXPECT_THAT(lines, testing::HasSubstr("\"cameras\":[],\"dark\":true,\"points\":[]}\n"));
 }
 
 TEST(TrackSink, JsonKnowsNoNan) {

@@ -24,6 +24,7 @@ constexpr double kRate_hz = 100.0;
 class LiveCameras : public ::testing::Test {
  protected:
   LiveCameras() {
+    options_.feed.on_thread = [this] { ++camera_threads_; };
     options_.assemble.rate_hz = kRate_hz;
     options_.feed.roots = {folder_.path() / "dev", folder_.path() / "sys"};
     options_.feed.retry = std::chrono::milliseconds(50);
@@ -51,6 +52,7 @@ class LiveCameras : public ::testing::Test {
   std::shared_ptr<test::FakeV4l2> driver_ = std::make_shared<test::FakeV4l2>(test::FakeV4l2::Time::Real);
   V4l2Options options_;
   std::atomic<bool> lit_{false};
+  std::atomic<int> camera_threads_{0}, capture_threads_{0};
 };
 
 TEST_F(LiveCameras, AreLearntFromAndThenDetectedOn) {
@@ -62,6 +64,7 @@ TEST_F(LiveCameras, AreLearntFromAndThenDetectedOn) {
   input_options.device = "cpu";
   input_options.pace = {Pace::Fastest, 0.0};
   input_options.max_sets = 60;
+  input_options.on_capture_thread = [this] { ++capture_threads_; };
   FrameInput input(std::move(source), std::vector<gpu::Lens>(2), input_options);
   for (std::uint32_t n = 0; n < 2; ++n) input.set_limit(n, learnt.limit_of_camera[n]);
 
@@ -69,11 +72,20 @@ TEST_F(LiveCameras, AreLearntFromAndThenDetectedOn) {
   std::uint64_t ticks = 0, blobs = 0;
   while (input.next(tick) == ReadStatus::Ok) {
     ++ticks;
+    ASSERT_TRUE(tick.live);
+    EXPECT_LT(seconds_between(tick.live->stamped, tick.detected), 1.0);
+    EXPECT_GE(tick.live->arrived, tick.live->stamped);
+    EXPECT_EQ(tick.live->stamp, StampPoint::StartOfExposure);
+    EXPECT_GE(tick.live->exposed_error_s, 0.0);
+    EXPECT_LT(tick.live->exposed_error_s, 1.0 / kRate_hz);
+    for (std::uint32_t n = 0; n < 2; ++n) EXPECT_EQ((tick.frames >> n) & 1, tick.images[n].pixels != nullptr);
     for (const auto& camera : tick.cameras) {
       blobs += camera.size();
       for (const gpu::BlobRecord& blob : camera) EXPECT_EQ(blob.area_px, 24u);
     }
   }
+  EXPECT_EQ(camera_threads_, 2 * 2) << "two cameras, for learning and for tracking";
+  EXPECT_EQ(capture_threads_, 1);
   const InputCounters counters = input.counters();
   EXPECT_EQ(ticks + counters.dropped, 60u);
   EXPECT_GE(ticks, 40u);

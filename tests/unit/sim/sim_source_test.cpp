@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "host/base/pulse_code.hpp"
 #include "host/sim/faults.hpp"
 
 namespace glint {
@@ -195,6 +196,68 @@ TEST(SimSource, OneAndThirtyTwoCameras) {
     FrameSet set;
     ASSERT_EQ(source.read(pool, set), ReadStatus::Ok);
     EXPECT_EQ(source.counters().frames, cameras);
+  }
+}
+
+/// Pixels that markers light up: without them the picture is the same, noise included.
+std::uint64_t light_of(const Frame& frame, const Frame& without) {
+  const std::vector<std::uint8_t> with = pixels_of(frame), dark = pixels_of(without);
+  std::uint64_t light = 0;
+  for (std::size_t n = 0; n < with.size(); ++n) light += with[n] > dark[n] + 8 ? 1U : 0U;
+  return light;
+}
+
+TEST(SimSource, CodedPulsesLeaveTheMarkersBlack) {
+  SimOptions options = small();
+  options.code_seed = 7;
+  options.code_first = 1000;
+  const Scene scene(options);
+  SimOptions empty = small();
+  empty.markers = 0;
+  const Scene nothing(empty);
+  const PulseCode code(7, PulseCode::recommended_group(options.rate_hz));
+  SimSource source(scene), background(nothing);
+  FramePool pool = pool_for(scene, 1), other = pool_for(nothing, 1);
+  FrameSet set, without;
+  TickTruth truth;
+  unsigned dark = 0;
+  for (std::uint64_t tick = 0; tick < 90; ++tick) {
+    ASSERT_EQ(source.read(pool, set), ReadStatus::Ok);
+    ASSERT_EQ(background.read(other, without), ReadStatus::Ok);
+    EXPECT_EQ(scene.dark(tick), code.dark(1000 + tick));
+    std::uint64_t light = 0;
+    for (std::size_t c = 0; c < 4; ++c) light += light_of(*set.frames[c], *without.frames[c]);
+    EXPECT_EQ(light == 0, scene.dark(tick)) << tick;
+    dark += scene.dark(tick) ? 1U : 0U;
+    scene.truth(tick, truth);
+    std::uint32_t seen = 0;
+    for (const MarkerTruth& marker : truth.markers) seen |= marker.visible | marker.clean;
+    EXPECT_EQ(seen == 0, scene.dark(tick));
+  }
+  EXPECT_EQ(dark, 3u);
+}
+
+TEST(SimSource, ASlippedCameraShowsEarlierExposuresUntilItIsShifted) {
+  SimOptions options = small();
+  options.faults.slip = SimSlip{1, 10, 3};
+  const Scene scene(options), straight(small());
+  SimSource source(scene), truth(straight);
+  FramePool pool = pool_for(scene, 1), other = pool_for(straight, 1);
+  FrameSet set, expected;
+  std::vector<std::vector<std::uint8_t>> exposures;
+  std::uint32_t run = 0;
+  for (std::uint64_t tick = 0; tick < 30; ++tick) {
+    if (tick == 20) source.shift(CameraId{1}, -3);
+    ASSERT_EQ(source.read(pool, set), ReadStatus::Ok);
+    ASSERT_EQ(truth.read(other, expected), ReadStatus::Ok);
+    exposures.push_back(pixels_of(*expected.frames[1]));
+    const std::uint64_t shown = tick < 10 || tick >= 20 ? tick : tick - 3;
+    EXPECT_EQ(pixels_of(*set.frames[1]), exposures[shown]) << tick;
+    EXPECT_EQ(pixels_of(*set.frames[0]), pixels_of(*expected.frames[0]));
+    EXPECT_EQ(set.frames[1]->shifted, tick < 20 ? 0 : -3);
+    if (tick == 0) run = set.frames[1]->run;
+    EXPECT_EQ(set.frames[1]->run == run, tick < 10);
+    EXPECT_EQ(set.frames[0]->run, 0u);
   }
 }
 

@@ -207,5 +207,27 @@ TEST(TrackOptions, SayWhatIsWrong) {
   EXPECT_EQ(problems.size(), 3u);
 }
 
+TEST_F(TrackerTest, TracksCoastThroughTheDark) {
+  const auto position = [](int k) { return Eigen::Vector3d(0.05 * k, 0, 1); };
+  TrackId id{};
+  for (int k = 0; k < 600; ++k) {
+    if (k % 10 == 7 || k % 10 == 8) {  // predicted, not updated
+      now_ += kFrame;
+      tracker_.predict(Timestamp(now_), predictions_);
+      ASSERT_EQ(predictions_.size(), 1u);
+      if (k > 20) {
+        EXPECT_NEAR((predictions_[0].position_in_world - position(k)).norm(), 0.0, 1e-3);
+      }
+      continue;
+    }
+    const auto& out = frame({point_at(position(k))});
+    ASSERT_EQ(out.size(), 1u);
+    if (k == 0) id = out[0].id;
+    EXPECT_EQ(out[0].id, id);
+  }
+  EXPECT_EQ(counters_.started, 1u);
+  EXPECT_EQ(counters_.ended, 0u);
+}
+
 }  // namespace
 }  // namespace glint

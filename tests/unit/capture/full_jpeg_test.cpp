@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Motion JPEG: what is good comes out right, what is not is never taken for a picture.
-#include "host/capture/v4l2/jpeg_decoder.hpp"
+#include "host/capture/jpeg/full_decoder.hpp"
 
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
@@ -28,7 +28,7 @@ class JpegDecoding : public ::testing::Test {
     return all;
   }
 
-  JpegDecoder decoder_;
+  FullJpegDecoder decoder_;
   std::vector<std::uint8_t> pixels_ = std::vector<std::uint8_t>(kStride * kHeight, 77);
 };
 
@@ -56,7 +56,7 @@ TEST_F(JpegDecoding, TablesMayBeMissing) {
   const auto with_tables = rows();
   const auto bare = test::without_huffman_tables(jpeg);
   ASSERT_LT(bare.size() + 400, jpeg.size());
-  JpegDecoder fresh;
+  FullJpegDecoder fresh;
   std::fill(pixels_.begin(), pixels_.end(), std::uint8_t{0});
   ASSERT_EQ(fresh.decode(std::as_bytes(std::span(bare)), {pixels_.data(), kStride, {kWidth, kHeight}}),
             JpegResult::Good);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The decompressor, its way out of errors, and where its working memory comes from.
-#include "host/capture/v4l2/jpeg_decoder.hpp"
+#include "host/capture/jpeg/full_decoder.hpp"
 
 // jpeglib.h uses these without including them.
 #include <csetjmp>
@@ -72,7 +72,7 @@ class Block {
 
 }  // namespace
 
-struct JpegDecoder::State {
+struct FullJpegDecoder::State {
   jpeg_decompress_struct jpeg{};
   jpeg_error_mgr errors{};
   std::jmp_buf way_out{};
@@ -93,7 +93,7 @@ struct JpegDecoder::State {
 };
 
 /// Fails in C's way: no destructors may lie between this and the longjmp.
-bool JpegDecoder::State::create() noexcept {
+bool FullJpegDecoder::State::create() noexcept {
   jpeg.err = jpeg_std_error(&errors);
   jpeg.client_data = this;
   errors.error_exit = [](j_common_ptr common) { std::longjmp(of(common).way_out, 1); };
@@ -111,7 +111,7 @@ bool JpegDecoder::State::create() noexcept {
 
 /// From now on all memory lives as long as one picture and comes from the block. A full block falls back to
 /// the library's own.
-void JpegDecoder::State::use_block() noexcept {
+void FullJpegDecoder::State::use_block() noexcept {
   jpeg_memory_mgr& memory = *jpeg.mem;
   library = memory;
   memory.alloc_small = [](j_common_ptr common, int, std::size_t bytes) -> void* {
@@ -141,7 +141,7 @@ void JpegDecoder::State::use_block() noexcept {
   };
 }
 
-JpegResult JpegDecoder::State::run(std::span<const std::byte> bytes, const GreyTarget& target) noexcept {
+JpegResult FullJpegDecoder::State::run(std::span<const std::byte> bytes, const GreyTarget& target) noexcept {
   // Tables outlive a picture, by the library's habit: those of a corrupt one that passed for good must not
   // serve the next, which may bring none. Without any, the standard ones serve.
   std::fill_n(jpeg.quant_tbl_ptrs, NUM_QUANT_TBLS, nullptr);
@@ -166,18 +166,18 @@ JpegResult JpegDecoder::State::run(std::span<const std::byte> bytes, const GreyT
   return JpegResult::Good;
 }
 
-JpegDecoder::JpegDecoder() : state_(std::make_unique<State>()) {
+FullJpegDecoder::FullJpegDecoder() : state_(std::make_unique<State>()) {
   if (!state_->create()) throw Error("libjpeg-turbo cannot be started (out of memory?)");
 }
 
-JpegDecoder::~JpegDecoder() = default;
+FullJpegDecoder::~FullJpegDecoder() = default;
 
-JpegResult JpegDecoder::decode(std::span<const std::byte> jpeg, const GreyTarget& target) noexcept {
+JpegResult FullJpegDecoder::decode(std::span<const std::byte> jpeg, const GreyTarget& target) noexcept {
   const JpegResult result = state_->run(jpeg, target);
   if (result != JpegResult::Good) jpeg_abort_decompress(&state_->jpeg);
   return result;
 }
 
-std::uint64_t JpegDecoder::spills() const noexcept { return state_->block.spills(); }
+std::uint64_t FullJpegDecoder::spills() const noexcept { return state_->block.spills(); }
 
 }  // namespace glint

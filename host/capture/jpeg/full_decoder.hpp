@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Motion JPEG to grey pixels.
+// Whole pictures out of JPEGs, through libjpeg-turbo.
 #pragma once
 
 #include <cstddef>
@@ -8,25 +8,19 @@
 #include <span>
 
 #include "host/capture/grey_target.hpp"
+#include "host/capture/jpeg/jpeg_result.hpp"
 
 namespace glint {
 
-enum class JpegResult : std::uint8_t {
-  Good,
-  Truncated,  ///< ends before its end marker
-  Corrupt,    ///< anything else that the decoder so much as warns of
-  WrongSize,  ///< of another size than the target
-};
-
 /// libjpeg-turbo, brightness only, into the caller's memory. Thread-bound. Once a few pictures of one kind
 /// were decoded nothing is allocated any more: the library's working memory comes from a block that is kept.
-class JpegDecoder {
+class FullJpegDecoder {
  public:
   /// Throws Error.
-  JpegDecoder();
-  ~JpegDecoder();
-  JpegDecoder(const JpegDecoder&) = delete;
-  JpegDecoder& operator=(const JpegDecoder&) = delete;
+  FullJpegDecoder();
+  ~FullJpegDecoder();
+  FullJpegDecoder(const FullJpegDecoder&) = delete;
+  FullJpegDecoder& operator=(const FullJpegDecoder&) = delete;
 
   /// One sequential JPEG, which may lack Huffman tables, as Motion JPEG does. Unless Good, the target holds
   /// nothing of use.
