@@ -3,7 +3,7 @@
 """`glint track v4l2:` on four virtual UVC cameras gives the points that reading the same pictures from files gives.
 
 Slow motion: pictures of a rig at 90 Hz are shown at 5 Hz, because the guest's processor does one instruction a
-nanosecond and takes some 10 ms to decode a JPEG. Both runs have the same background pictures, so that nothing is learnt from different frames."""
+nanosecond and takes 3 to 4 ms to decode a JPEG. Both runs have the same background pictures, so that nothing is learnt from different frames."""
 import csv
 import json
 import math
