@@ -109,6 +109,12 @@ class TrackOutput {
     s.latency_p99_s = latency.quantile_s(0.99);
     const InputCounters input = pipeline.input().counters();
     s.missed = input.dropped + input.late + pipeline.counters().results_dropped;
+    const std::span<const SourceCamera> cameras = pipeline.input().cameras();
+    for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
+      if (input.not_used[camera] == 0) continue;
+      s.not_used += (s.not_used.empty() ? "" : ", ") + cameras[camera].name + " " +
+                    std::to_string(input.not_used[camera]);
+    }
     status_.show(s);
     (void)sink_->flush();
     lap_started_ = tick.delivered;

@@ -16,6 +16,7 @@ struct Status {
   bool from_stamp = false;  ///< the latency is that from the driver's stamp to the output, else end to end
   double latency_p50_s = 0.0, latency_p99_s = 0.0;
   std::uint64_t missed = 0;
+  std::string not_used;  ///< "cam1 3, cam4 12": pulses without a frame that was used; "" if none
 };
 
 /// Rewrites its line on a terminal, writes one line a second elsewhere.

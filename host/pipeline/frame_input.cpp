@@ -78,6 +78,7 @@ void FrameInput::capture() noexcept {
     if (status == ReadStatus::Idle) continue;
     if (status != ReadStatus::Ok) break;
     ++n;
+    publish_ledger();
     if (options_.pace.pace != Pace::Fastest) {
       const double lateness = pacer.wait(pacer.due(set), stop);
       if (is_live && rate > 0.0 && lateness > 1.0 / rate) late_.fetch_add(1, std::memory_order_relaxed);
@@ -118,6 +119,17 @@ void FrameInput::drop(const FrameSet& set) noexcept {
   if (set.dark) return;  // and that it stays in a ledger
   for (std::size_t camera = 0; camera < images_.size(); ++camera) {
     if (set.frames[camera]) dropped_frames_[camera].fetch_add(1, std::memory_order_relaxed);
+  }
+}
+
+/// The capture thread, for counters().
+void FrameInput::publish_ledger() noexcept {
+  const Ledger* const ledger = source_->ledger();
+  if (ledger == nullptr) return;
+  for (std::size_t camera = 0; camera < ledger->cameras.size(); ++camera) {
+    const CameraLedger& entries = ledger->cameras[camera];
+    not_used_[camera].store(entries.total() - entries[FrameFate::Used] - entries[FrameFate::Dark],
+                            std::memory_order_relaxed);
   }
 }
 
@@ -242,6 +254,8 @@ InputCounters FrameInput::counters() const noexcept {
   c.late = late_.load(std::memory_order_relaxed);
   c.overflows = overflows_.load(std::memory_order_relaxed);
   c.copied = copied_.load(std::memory_order_relaxed);
+  for (std::size_t camera = 0; camera < not_used_.size(); ++camera)
+    c.not_used[camera] = not_used_[camera].load(std::memory_order_relaxed);
   if (source_done_.load(std::memory_order_acquire)) c.source = source_counters_;
   return c;
 }

@@ -59,6 +59,7 @@ class FrameInput final : public TickInput {
   bool too_old(const FrameSet& set) const noexcept;
   void drop(const FrameSet& set) noexcept;
   void settle_ledger() noexcept;
+  void publish_ledger() noexcept;
   void fill(TickBlobs& tick, const FrameSet& set) noexcept;
   void check_code(TickBlobs& tick, const FrameSet& set) noexcept;
 
@@ -78,6 +79,7 @@ class FrameInput final : public TickInput {
   std::string problem_;
   ReadStatus source_end_ = ReadStatus::End;  // written by the capture thread before it closes the ring
   std::atomic<std::uint64_t> sets_{0}, dropped_{0}, late_{0}, overflows_{0}, copied_{0};
+  std::array<std::atomic<std::uint64_t>, gpu::kMaxCameras> not_used_{};        // per camera, in the ledger
   std::array<std::atomic<std::uint64_t>, gpu::kMaxCameras> dropped_frames_{};  // per camera, in dropped sets
   SourceCounters source_counters_;  // written before the ring is closed
   std::optional<Ledger> ledger_;    // likewise; settled by the consumer at the end

@@ -43,6 +43,9 @@ struct InputCounters {
   std::uint64_t late = 0;       ///< live only: sets that the source delivered more than one period late
   std::uint64_t overflows = 0;  ///< camera images with more blobs than room
   std::uint64_t copied = 0;     ///< frames that the device could not read in place
+  /// Live cameras with a ledger: pulses so far that brought no frame of that camera that was used, dark ones
+  /// apart.
+  std::array<std::uint64_t, gpu::kMaxCameras> not_used{};
   SourceCounters source;
 };
 
