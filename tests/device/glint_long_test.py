@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""`glint track v4l2:` for 2,000 pulses while 4.5 % of all frames go wrong at random: nothing is paired wrongly, the ledger
+"""`glint track v4l2:` for 2,000 pulses while 5.7 % of all frames go wrong at random: nothing is paired wrongly, the ledger
 is what was injected, and the points are those of the file run."""
 import math
 import random
@@ -14,9 +14,11 @@ import guest_test
 PULSES, TICKS = 2000, 90
 RATE_HZ, QUALITY = 30, 80  # what the guest's processor manages, see docs/device-tests.md
 # Shares of all frames; milliseconds late. One that is more than half a period late could be the next pulse's: it is not placed.
-SHARES = {"never": 0.02, "twice": 0.01, "late:5": 0.005, "late:24": 0.005, "truncated": 0.005}
+SHARES = {"never": 0.02, "twice": 0.01, "late:5": 0.005, "late:24": 0.005, "truncated": 0.005, "corrupt": 0.003,
+          "error-bit": 0.003, "broken-packet": 0.003, "toggle": 0.003}
 COUNTS_OF = {"never": ["lost_by_camera"], "twice": ["duplicates"], "late:5": [], "late:24": ["lost_by_camera", "unplaced"],
-             "truncated": ["corrupt"]}
+             "truncated": ["corrupt"], "corrupt": ["corrupt"], "error-bit": ["lost_by_host"], "broken-packet": ["lost_by_host"],
+             "toggle": ["lost_by_camera"]}
 FIRST = 30  # the first 24 or so frames of each camera only teach its clock
 APART = 3   # pulses between faults of one camera: what two of them side by side add to the ledger depends on which is first
 

@@ -2,6 +2,7 @@
 // A detector that is warm allocates nothing, and neither does what it calls keep any memory.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <vector>
 
@@ -50,14 +51,21 @@ TEST_P(NoAllocation, OnceWarm) {
     }
   };
   run(3);
-  const std::size_t calls = glint::testing::allocations(), bytes = glint::testing::heap_bytes();
+  const std::size_t calls = glint::testing::allocations();
   ASSERT_GT(calls, 0u) << "the counter does not count";
   const std::size_t found_before = found;
-  run(20);
+  // The driver may allocate, but must give back: 16 KiB are less than 105 bytes for each of the 160 sets. Its
+  // threads may make room for themselves late, once; what is lost with every set is lost in every stretch.
+  constexpr std::size_t kMost_bytes = 16 * 1024;
+  std::size_t bytes = 0, kept = kMost_bytes;
+  for (int stretch = 0; stretch < 3 && kept >= kMost_bytes; ++stretch) {
+    bytes = glint::testing::heap_bytes();
+    run(20);
+    kept = std::max(glint::testing::heap_bytes(), bytes) - bytes;
+  }
+  EXPECT_LT(kept, kMost_bytes);
   EXPECT_EQ(glint::testing::allocations() - calls, 0u);
   EXPECT_GT(found, found_before);
-  // The driver may allocate, but must give back: 16 KiB are less than 105 bytes for each of the 160 sets.
-  EXPECT_LT(glint::testing::heap_bytes(), bytes + 16 * 1024);
 }
 
 INSTANTIATE_TEST_SUITE_P(Detectors, NoAllocation, ::testing::ValuesIn(detector_cases()), case_name);
