@@ -23,6 +23,7 @@ constexpr double kSilentPeriods = 3.0, kOldPeriods = 2.0, kRateIfUnknown_hz = 30
 constexpr double kLongestSilence_s = 3600.0;         // whatever rate a driver says it has
 constexpr std::chrono::seconds kFirstFrame{3};       // cameras take their time to start
 constexpr std::chrono::milliseconds kRetryQueue{5};  // while the driver refuses a buffer
+constexpr int kLatencyMemory = 512;                  // frames
 // Errors without a frame between them after which a stream is given up.
 constexpr unsigned kMostTroubles = 20;
 
@@ -158,10 +159,14 @@ StreamStatus CameraStream::dequeue(ReceivedFrame& received, bool trouble) noexce
 }
 
 /// Only decoding takes so long that frames queue up because of it. How long a frame is usually under way is
-/// what the quickest was.
+/// what the quickest was, forgotten within some seconds, because a driver's clock may drift away from ours.
 bool CameraStream::too_old(Timestamp stamped, Timestamp arrived) noexcept {
   const nanoseconds latency = arrived - stamped;
-  least_latency_ = std::min(least_latency_, latency);
+  if (latency < least_latency_) {
+    least_latency_ = latency;
+  } else {
+    least_latency_ += (latency - least_latency_) / kLatencyMemory;
+  }
   return format_.kind == PixelKind::Mjpeg && latency - least_latency_ > too_old_after_;
 }
 

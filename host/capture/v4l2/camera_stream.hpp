@@ -106,7 +106,7 @@ class CameraStream {
   DeviceNode node_;
   AgreedFormat format_;
   std::chrono::nanoseconds silence_after_{}, too_old_after_{};
-  std::chrono::nanoseconds least_latency_{};  // from stamp to arrival, since the start
+  std::chrono::nanoseconds least_latency_{};  // from stamp to arrival, lately
   JpegDecoder jpeg_;
   FramePool* pool_ = nullptr;
   CameraId camera_{};

@@ -13,7 +13,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,6 +21,7 @@
 #include "host/base/error.hpp"
 #include "tests/device/frame_file/frame_file.hpp"
 #include "tests/device/frame_file/pulse_tag.hpp"
+#include "tests/device/program/program.hpp"
 #include "tests/device/reader_command/reader_command.hpp"
 
 namespace glint::device {
@@ -148,13 +148,5 @@ int run(int argc, char** argv) {
 }  // namespace glint::device
 
 int main(int argc, char** argv) {
-  try {
-    return glint::device::run(argc, argv);
-  } catch (const glint::UsageError& error) {
-    std::fprintf(stderr, "loopback_feeder: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "loopback_feeder: %s\n", error.what());
-    return 1;
-  }
+  return glint::device::run_program("loopback_feeder", glint::device::run, argc, argv);
 }

@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "host/sim/scene.hpp"
 #include "host/sim/sim_source.hpp"
 #include "tests/device/frame_file/frame_file.hpp"
+#include "tests/device/program/program.hpp"
 
 namespace glint::device {
 namespace {
@@ -56,7 +56,7 @@ void add_ticks(const SimOptions& options, std::uint32_t ticks, Compressor& jpeg,
   }
 }
 
-void run(int argc, char** argv) {
+int run(int argc, char** argv) {
   SimOptions options;
   std::uint32_t ticks = 90;
   int quality = 90;
@@ -80,20 +80,12 @@ void run(int argc, char** argv) {
   options.markers = 0;
   add_ticks(options, 1, jpeg, file);
   file.finish();
+  return 0;
 }
 
 }  // namespace
 }  // namespace glint::device
 
 int main(int argc, char** argv) {
-  try {
-    glint::device::run(argc, argv);
-    return 0;
-  } catch (const glint::UsageError& error) {
-    std::fprintf(stderr, "sim_frames: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "sim_frames: %s\n", error.what());
-    return 1;
-  }
+  return glint::device::run_program("sim_frames", glint::device::run, argc, argv);
 }

@@ -12,10 +12,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <exception>
 #include <string>
 
 #include "host/base/error.hpp"
+#include "tests/device/program/program.hpp"
 #include "tests/device/reader_command/reader_command.hpp"
 
 namespace glint::device {
@@ -77,13 +77,5 @@ int run(int argc, char** argv) {
 }  // namespace glint::device
 
 int main(int argc, char** argv) {
-  try {
-    return glint::device::run(argc, argv);
-  } catch (const glint::UsageError& error) {
-    std::fprintf(stderr, "stamp_lines: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "stamp_lines: %s\n", error.what());
-    return 1;
-  }
+  return glint::device::run_program("stamp_lines", glint::device::run, argc, argv);
 }

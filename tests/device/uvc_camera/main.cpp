@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <deque>
-#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +17,7 @@
 
 #include "host/base/error.hpp"
 #include "tests/device/frame_file/frame_file.hpp"
+#include "tests/device/program/program.hpp"
 #include "tests/device/reader_command/reader_command.hpp"
 #include "tests/device/uvc_camera/fault_script.hpp"
 #include "tests/device/uvc_camera/trigger.hpp"
@@ -131,13 +131,5 @@ int run(int argc, char** argv) {
 }  // namespace glint::device
 
 int main(int argc, char** argv) {
-  try {
-    return glint::device::run(argc, argv);
-  } catch (const glint::UsageError& error) {
-    std::fprintf(stderr, "uvc_cameras: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "uvc_cameras: %s\n", error.what());
-    return 1;
-  }
+  return glint::device::run_program("uvc_cameras", glint::device::run, argc, argv);
 }

@@ -15,7 +15,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <exception>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,6 +22,7 @@
 
 #include "host/base/error.hpp"
 #include "tests/device/frame_file/pulse_tag.hpp"
+#include "tests/device/program/program.hpp"
 #include "tests/device/v4l2_capture/capture_device.hpp"
 
 namespace glint::device {
@@ -174,7 +174,7 @@ class Capture {
   std::int64_t last_sign_us_ = 0;
 };
 
-void run(int argc, char** argv) {
+int run(int argc, char** argv) {
   Arguments a;
   CLI::App app("captures from V4L2 devices and writes down what each buffer said");
   app.add_option("devices", a.devices, "such as /dev/video0")->required();
@@ -195,20 +195,12 @@ void run(int argc, char** argv) {
   capture.run();
   capture.judge_jpegs();
   capture.write_csv();
+  return 0;
 }
 
 }  // namespace
 }  // namespace glint::device
 
 int main(int argc, char** argv) {
-  try {
-    glint::device::run(argc, argv);
-    return 0;
-  } catch (const glint::UsageError& error) {
-    std::fprintf(stderr, "v4l2_capture: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "v4l2_capture: %s\n", error.what());
-    return 1;
-  }
+  return glint::device::run_program("v4l2_capture", glint::device::run, argc, argv);
 }

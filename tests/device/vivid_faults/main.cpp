@@ -8,7 +8,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "host/base/error.hpp"
+#include "tests/device/program/program.hpp"
 #include "tests/device/reader_command/reader_command.hpp"
 #include "tests/device/vivid_faults/vivid_device.hpp"
 
@@ -205,13 +205,5 @@ int run(int argc, char** argv) {
 }  // namespace glint::device
 
 int main(int argc, char** argv) {
-  try {
-    return glint::device::run(argc, argv);
-  } catch (const glint::UsageError& error) {
-    std::fprintf(stderr, "vivid_faults: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "vivid_faults: %s\n", error.what());
-    return 1;
-  }
+  return glint::device::run_program("vivid_faults", glint::device::run, argc, argv);
 }

@@ -144,6 +144,27 @@ TEST_F(Stream, JpegsThatWaitedTooLongAreNotDecoded) {
   EXPECT_THAT(flaws, ::testing::ElementsAre(TooOld, TooOld, TooOld, None, None, None, None, None));
 }
 
+/// A driver's clock that loses 20 us with every frame: after 2,000 frames stamps are four periods behind, and
+/// still no frame is old.
+TEST_F(Stream, AClockThatDriftsMakesNoFrameOld) {
+  const auto jpeg = test::jpeg_of(test::disc_picture(64, 48, 1), 64, 48, 90);
+  camera().formats[0].fourcc = V4L2_PIX_FMT_MJPEG;
+  camera().frame = [&](std::uint64_t pulse, FakeFrame& frame) {
+    frame.bytes = jpeg;
+    const auto stamp = camera().started + milliseconds(10) * pulse - std::chrono::microseconds(20) * pulse;
+    const auto us = std::chrono::duration_cast<std::chrono::microseconds>(stamp.time_since_epoch()).count();
+    frame.stamp = timeval{us / 1'000'000, us % 1'000'000};
+    return true;
+  };
+  start();
+  for (int n = 0; n < 2000; ++n) {
+    ASSERT_EQ(next_frame(), StreamStatus::Frame);
+    ASSERT_EQ(received_.flaw, FrameFlaw::None) << n;
+  }
+  EXPECT_EQ(received_.frame.stamp, StampPoint::StartOfExposure);
+  EXPECT_GT(received_.arrived - received_.frame.stamped, milliseconds(35));
+}
+
 TEST_F(Stream, FlaggedAndShortFramesAreDamaged) {
   camera().frame = [](std::uint64_t pulse, FakeFrame& frame) {
     frame.bytes.assign(64 * 48, 9);
