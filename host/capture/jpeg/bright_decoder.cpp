@@ -57,6 +57,7 @@ void BrightJpegDecoder::set_limit(std::span<const std::uint8_t> limit, FrameSize
   means_.assign(kMostDown * columns_, 0);
   line_.assign(std::size_t{columns_} * 8, 0);
   bright_.reserve(kMostDown * columns_);
+  data_.reserve(limit.size());
 }
 
 bool BrightJpegDecoder::prepare() noexcept {
@@ -74,7 +75,6 @@ bool BrightJpegDecoder::prepare() noexcept {
     step_[n] = steps[n];
     tables_[0].weight[n] = static_cast<std::int32_t>(std::ceil(steps[n] * kMost[kPlaceInBlock[n]] * kUnits));
   }
-  mean_step_ = steps[0];
   return true;
 }
 
@@ -95,7 +95,7 @@ bool BrightJpegDecoder::decode_units(const GreyTarget& target) noexcept {
   const std::uint32_t across = layout_.components[0].across, down = layout_.components[0].down;
   const std::uint32_t columns = columns_, rows = rows_;
   const std::size_t components = layout_.component_count;
-  const std::int32_t mean_step = mean_step_;
+  const std::int32_t mean_step = step_[0];
   const std::int32_t* const limits = darkest_limit_.data();
   std::uint8_t* const means = means_.data();
   const std::uint32_t units = blocks_over(columns, across) * blocks_over(rows, down);

@@ -22,7 +22,8 @@ namespace glint {
 /// So pixels above the limit are those of FullJpegDecoder, to the last digit, and no other pixel is above it.
 ///
 /// Only for pictures without fault of the kinds that cameras send: baseline, one scan, grey or colour with
-/// brightness in full resolution. Thread-bound; allocates only for pictures larger than any before.
+/// brightness in full resolution. Thread-bound; decode() allocates only for files of more bytes than the
+/// picture has pixels.
 class BrightJpegDecoder {
  public:
   /// Throws Error.
@@ -71,8 +72,7 @@ class BrightJpegDecoder {
   /// Of brightness the weight is what a coefficient of 1 adds to a pixel at most, in kUnits.
   std::array<JpegBlockTables, JpegLayout::kMostComponents> tables_;
   std::array<std::int32_t, 64> step_{};  // of brightness, in the order of the file
-  std::int32_t mean_step_ = 0;
-  JpegBlock block_;  // zeros between blocks
+  JpegBlock block_;                      // zeros between blocks
   // Of the row of units under way: what its blocks' means are, and those that are more than that.
   std::vector<std::uint8_t> means_;
   std::vector<BrightBlock> bright_;

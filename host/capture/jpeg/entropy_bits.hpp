@@ -14,9 +14,10 @@ namespace glint {
 /// data than ever before.
 class EntropyData {
  public:
+  /// Makes room for so many bytes. Throws std::bad_alloc.
+  void reserve(std::size_t bytes);
   /// What lies between `data`'s start and the end-of-image marker. False if anything but restart markers in
-  /// their order comes before that marker, if it is missing, if there
-  /// are too many, or no memory.
+  /// their order comes before that marker, if it is missing, if there are too many, or no memory.
   [[nodiscard]] bool read(std::span<const std::uint8_t> data) noexcept;
 
   std::size_t parts() const noexcept { return ends_.size(); }

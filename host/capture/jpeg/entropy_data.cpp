@@ -11,12 +11,16 @@ constexpr std::uint8_t kFirstRestart = 0xd0, kEndOfImage = 0xd9;
 
 }  // namespace
 
+void EntropyData::reserve(std::size_t bytes) {
+  const std::size_t room = bytes + kMostParts * kBehind;
+  if (bytes_.size() < room) bytes_.resize(room);
+  ends_.reserve(kMostParts);
+}
+
 bool EntropyData::read(std::span<const std::uint8_t> data) noexcept {
   ends_.clear();
-  const std::size_t room = data.size() + kMostParts * kBehind;
   try {
-    if (bytes_.size() < room) bytes_.resize(room);
-    ends_.reserve(kMostParts);
+    reserve(data.size());
   } catch (const std::bad_alloc&) {
     return false;
   }

@@ -31,8 +31,11 @@ void give_jpegs(test::FakeCamera& camera) {
 }
 
 TEST(V4l2NoAllocation, OneStream) {
-  for (const std::uint32_t fourcc :
-       {V4L2_PIX_FMT_GREY, V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_NV12, V4L2_PIX_FMT_MJPEG}) {
+  for (const auto& [fourcc, with_limit] : {std::pair{V4L2_PIX_FMT_GREY, false},
+                                           {V4L2_PIX_FMT_YUYV, false},
+                                           {V4L2_PIX_FMT_NV12, false},
+                                           {V4L2_PIX_FMT_MJPEG, false},
+                                           {V4L2_PIX_FMT_MJPEG, true}}) {
     test::StreamFixture fixture;
     fixture.camera().formats = {{fourcc, {test::FakeSize{}}}};
     fixture.camera().takes_pointers = true;
@@ -43,6 +46,12 @@ TEST(V4l2NoAllocation, OneStream) {
     if (fourcc == V4L2_PIX_FMT_MJPEG) give_jpegs(fixture.camera());
     fixture.start();
     for (int n = 0; n < 40; ++n) ASSERT_EQ(fixture.next_frame(), StreamStatus::Frame);
+    if (with_limit) {
+      fixture.stream_->stop();
+      fixture.stream_->set_limit(std::vector<std::uint8_t>(64 * 48, 40));
+      fixture.received_.frame = {};
+      fixture.stream_->start(*fixture.pool_, CameraId{0});
+    }
     const std::size_t before = testing::allocations();
     const std::size_t heap_before = testing::heap_bytes();
     for (int n = 0; n < 400; ++n) ASSERT_EQ(fixture.next_frame(), StreamStatus::Frame);
