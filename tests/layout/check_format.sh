@@ -21,7 +21,7 @@ if [ "$version" != 14 ]; then
   echo "SKIPPED: the files are formatted with clang-format 14, here is $version"
   exit 77
 fi
-files() { find gpu host shaders/interface tests benchmarks -name '*.cpp' -o -name '*.hpp' -o -name '*.h' 2>/dev/null | sort; }
+files() { find gpu host shaders/interface firmware usb-sync tests benchmarks -name '*.cpp' -o -name '*.hpp' -o -name '*.h' 2>/dev/null | grep -v node_modules | sort; }
 if [ "${1:-}" = --fix ]; then
   files | xargs "$tool" -i
   exit 0

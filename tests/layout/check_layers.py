@@ -13,6 +13,10 @@ import sys
 TABLE = {
     "shaders/interface": [],
     "gpu": ["shaders/interface"],
+    "firmware/protocol": [],
+    "firmware/core": ["firmware/protocol"],
+    "firmware/rp2040": ["firmware/core", "firmware/protocol"],
+    "usb-sync": ["firmware/protocol"],
     "host/base": [],
     "host/frames": ["gpu"],
     "host/assemble": ["host/frames", "gpu"],
@@ -34,6 +38,16 @@ for _module, _row in TABLE.items():
 
 EVERYTHING = ("host/apps", "tests", "benchmarks")  # may include all of the above
 
+# Modules that have no standard library, and the headers that the compiler itself brings.
+BARE = {
+    "shaders/interface": ["cstdint"],
+    "firmware/protocol": ["stdint.h"],
+    "firmware/core": ["stddef.h", "stdint.h"],
+    "firmware/rp2040": ["stddef.h", "stdint.h"],
+}
+
+HEADERS_ONLY = ("shaders/interface", "firmware/protocol")  # folders of headers, which are no targets
+
 # Third-party headers that only some folders may see (tests may see all).
 RESERVED = [
     (r"(vulkan|vk_mem_alloc)\b", "Vulkan", ["gpu/vulkan"]),
@@ -43,17 +57,19 @@ RESERVED = [
     (r"opencv", "OpenCV", ["benchmarks"]),
     (r"CLI/|CLI11", "CLI11", ["host/apps", "benchmarks"]),
     (r"benchmark/", "Google Benchmark", ["benchmarks"]),
+    (r"hidapi/", "hidapi", ["usb-sync"]),
+    (r"libusb", "libusb", ["usb-sync"]),
     (r"gtest|gmock", "GoogleTest", []),
 ]
 NOT_EVEN_TESTS = {"OpenCV"}
 
-SOURCES = (".cpp", ".hpp", ".h", ".comp", ".glsl", ".py")
-SCRIPTS = (".sh", ".cmake")
+SOURCES = (".cpp", ".hpp", ".c", ".h", ".S", ".comp", ".glsl", ".py", ".js")
+SCRIPTS = (".sh", ".cmake", ".ld")
 LONGEST = 600
 VAGUE = re.compile(r"(?<![a-z])(utils?|common|helpers?|managers?)(?![a-z])", re.IGNORECASE)
 VAGUE_TYPE = re.compile(r"^\s*(?:class|struct|namespace|enum class)\s+(\w*(?:Utils?|Common|Helper|Manager)\w*)")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
-SKIPPED_FOLDERS = {".git", "build", "glint-out", "__pycache__", ".cache", ".vscode", ".idea"}
+SKIPPED_FOLDERS = {".git", "build", "glint-out", "__pycache__", "node_modules", ".cache", ".vscode", ".idea"}
 
 
 def module_of(path):
@@ -118,9 +134,11 @@ def check_includes(path, includes, files):
                 yield path, line, f"{library} may be included only in {', '.join(homes + ['tests'] * (not homes))}"
         if module is None:
             continue
-        if module == "shaders/interface" and (mark, target) != ("<", "cstdint"):
-            yield path, line, f"shaders/interface may include <cstdint> and nothing else, not {target}"
-            continue
+        if module in BARE and (mark, target) not in [("<", header) for header in BARE[module]]:
+            own = mark == '"' and module not in HEADERS_ONLY
+            if not own:
+                yield path, line, f"{module} may include {' and '.join(f'<{h}>' for h in BARE[module])} only, not {target}"
+                continue
         if mark == "<":
             continue
         full = target
@@ -165,12 +183,11 @@ def check_cmake(path, text):
     words = call.group(1).split()
     if words[0] != target_of(module):
         yield path, line, f"the target of {module} is named {target_of(module)}, not {words[0]}"
-    modules = {target_of(m) for m in TABLE if m != "shaders/interface"}
+    modules = {target_of(m) for m in TABLE if m not in HEADERS_ONLY}
     linked = set(words[1:]) & modules
     for more in re.finditer(r"target_link_libraries\(([^)]*)\)", code):
         linked |= set(more.group(1).split()[1:]) & modules
-    # shaders/interface is one folder of headers and no target.
-    row = {target_of(m) for m in TABLE[module] if m != "shaders/interface"}
+    row = {target_of(m) for m in TABLE[module] if m not in HEADERS_ONLY}
     for name in sorted(linked - row):
         yield path, line, f"{module} may not depend on {name}: it is not in its table row"
     for name in sorted(row - linked):
@@ -199,7 +216,7 @@ def check_file(root, path, files):
     count = text.count("\n")
     if count > LONGEST:
         yield path, LONGEST + 1, f"{count} lines; a file has at most {LONGEST}"
-    if extension == ".py":
+    if extension in (".py", ".js"):
         return
     includes = []
     for number, line in enumerate(lines, 1):

@@ -81,8 +81,8 @@ class LayersTest(unittest.TestCase):
                 self.expect_one(path, 2, text, SPDX + f"#include <{target}>\n")
 
     def test_interface_includes_only_cstdint(self):
-        self.expect_one("shaders/interface/a.h", 2, "<cstdint> and nothing else", SPDX + "#include <vector>\n")
-        self.expect_one("shaders/interface/a.h", 2, "nothing else", SPDX + '#include "shaders/interface/blob.h"\n')
+        self.expect_one("shaders/interface/a.h", 2, "<cstdint> only", SPDX + "#include <vector>\n")
+        self.expect_one("shaders/interface/a.h", 2, "only", SPDX + '#include "shaders/interface/blob.h"\n')
 
     def test_own_header_first(self):
         self.expect_one("host/geometry/pose.cpp", 2, 'must be "host/geometry/pose.hpp"',
