@@ -45,7 +45,7 @@ class UsbHid {
   char serial_[17]{};
   board::Request request_ = board::Request::None;
 
-  uint8_t outgoing_[160]{};  // of the control transfer under way
+  alignas(4) uint8_t outgoing_[160]{};  // of the control transfer under way
   uint32_t size_ = 0, sent_ = 0;
   bool more_ = false;        // a further packet follows, perhaps an empty one
   bool zero_ended_ = false;  // shorter than asked: a full last packet is followed by an empty one
