@@ -4,8 +4,8 @@
 #   tests/run_all.sh              all of it
 #   tests/run_all.sh --no-asan    without the second build for the sanitizers
 # GLINT_TEST_DATA   folder of recordings; default ../shared/data where that exists, else such tests are skipped
-# GLINT_REQUIRE     what must be there: default "gpu", a Vulkan device (a software one will do); with "vm" beside it,
-#                   device tests in a guest kernel run too, some minutes; empty: nothing
+# GLINT_REQUIRE     what must be there: default "gpu board", a Vulkan device (a software one will do) and the simulated
+#                   sync board; with "vm" beside them, device tests in a guest kernel run too, some minutes; empty: nothing
 set -euo pipefail
 cd "$(dirname "$0")/.."
 with_asan=1
@@ -22,7 +22,7 @@ if [ -z "${GLINT_TEST_DATA+set}" ] && [ -d ../shared/data ]; then
   GLINT_TEST_DATA=$(cd ../shared/data && pwd)
   export GLINT_TEST_DATA
 fi
-export GLINT_REQUIRE="${GLINT_REQUIRE-gpu}"
+export GLINT_REQUIRE="${GLINT_REQUIRE-gpu board}"
 
 say() { printf '\n== %s (%d s)\n' "$*" "$SECONDS"; }
 logs=$(mktemp -d)
@@ -47,7 +47,7 @@ build() {
 }
 
 say "packages"
-host/install_packages run build test
+host/install_packages run build test board
 build dev all
 run_tests dev steps -LE 'system|device' -j "$jobs"
 # Tests of whole runs are paced by a clock: nothing else may run beside them.

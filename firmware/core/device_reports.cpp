@@ -47,15 +47,15 @@ Refusal SyncDevice::set(const uint8_t* bytes, uint32_t size, uint64_t now, Reque
 
 Refusal SyncDevice::set_limits(const glint_sync_limits& wanted) {
   if (running()) return {GLINT_SYNC_REFUSED_STATE, 0xff, 0};
-  if (wanted.lockout_mv > kCapLockout_mv) return {GLINT_SYNC_REFUSED_LIMIT, 0xff, kCapLockout_mv};
-  if (wanted.rearm_mv > kCapRearm_mv) return {GLINT_SYNC_REFUSED_LIMIT, 0xff, kCapRearm_mv};
+  if (wanted.lockout_mv > kCapLockout_mv) return {GLINT_SYNC_REFUSED_LOCKOUT, 0xff, kCapLockout_mv};
+  if (wanted.rearm_mv > kCapRearm_mv) return {GLINT_SYNC_REFUSED_REARM, 0xff, kCapRearm_mv};
   if (wanted.rearm_mv + kLeastHysteresis_mv > wanted.lockout_mv)
-    return {GLINT_SYNC_REFUSED_LIMIT, 0xff, uint32_t{wanted.lockout_mv} - kLeastHysteresis_mv};
+    return {GLINT_SYNC_REFUSED_REARM, 0xff, uint32_t{wanted.lockout_mv} - kLeastHysteresis_mv};
   if (wanted.strobe_max_duty_permille > kCapStrobeDuty_permille)
-    return {GLINT_SYNC_REFUSED_LIMIT, 0xff, kCapStrobeDuty_permille};
+    return {GLINT_SYNC_REFUSED_STROBE_DUTY, 0xff, kCapStrobeDuty_permille};
   if (wanted.strobe_max_duty_permille == 0) return {GLINT_SYNC_REFUSED_FORMAT, 0xff, 1};
   if (wanted.strobe_max_width_ticks > kCapStrobeWidth)
-    return {GLINT_SYNC_REFUSED_LIMIT, 0xff, kCapStrobeWidth};
+    return {GLINT_SYNC_REFUSED_STROBE_WIDTH, 0xff, kCapStrobeWidth};
   planner_.set_limits(
       {wanted.lockout_mv, wanted.rearm_mv, wanted.strobe_max_duty_permille, wanted.strobe_max_width_ticks});
   return {};

@@ -28,12 +28,13 @@ void FramePlanner::begin_run(uint64_t now) {
   held_strobes_ = 0;
 }
 
-uint64_t FramePlanner::earliest_frame(const Plan& plan, uint64_t wanted) const {
+uint64_t FramePlanner::earliest_frame(const Plan& plan, uint64_t wanted, uint32_t sequence) const {
   uint64_t tick = wanted;
   for (unsigned i = 0; i < GLINT_SYNC_OUTPUTS; ++i) {
     const uint32_t delay = plan.enabled(i) ? plan.outputs[i].delay_ticks : 0;
     uint64_t rise = ends_[i] + kMinGap;
-    if (is_strobe(i) && plan.enabled(i) && free_from_[i] > rise) rise = free_from_[i];
+    const bool fires = plan.enabled(i) && has_turn(plan.outputs[i], sequence);
+    if (is_strobe(i) && fires && free_from_[i] > rise) rise = free_from_[i];
     if (tick + delay < rise) tick = rise - delay;
   }
   return tick;

@@ -34,9 +34,9 @@ class FramePlanner {
 
   /// Before the first frame of a run: all segments ended at `now`.
   void begin_run(uint64_t now);
-  /// When a frame by this plan may begin, at `wanted` or later: no pulse overlaps one planned before, and
-  /// every strobe has paused long enough.
-  uint64_t earliest_frame(const Plan& plan, uint64_t wanted) const;
+  /// When the frame of that number may begin by this plan, at `wanted` or later: no pulse overlaps one
+  /// planned before, and every strobe whose turn it is has paused long enough.
+  uint64_t earliest_frame(const Plan& plan, uint64_t wanted, uint32_t sequence) const;
   /// Plans the frame that begins at `tick`. Strobes stay out when `locked`.
   Frame plan_frame(const Plan& plan, uint64_t tick, uint32_t sequence, bool locked);
   /// What was planned last happens that much later: the gate opened later than thought, an edge came.

@@ -96,7 +96,7 @@ void SyncDevice::begin(const Plan& plan, uint64_t now, int measured) {
     return;
   }
   state_ = measured < 0 ? GLINT_SYNC_RUNNING : GLINT_SYNC_TESTING;
-  frame_ = planner_.plan_frame(active_, planner_.earliest_frame(active_, now + kStartLead), 0, locked_);
+  frame_ = planner_.plan_frame(active_, planner_.earliest_frame(active_, now + kStartLead, 0), 0, locked_);
   feed(frame_);
   planner_.shift(frame_, hardware_.open_gate() - now);
   waiting_[0] = {frame_.tick, 0, frame_.outputs, frame_.flags};
@@ -111,7 +111,8 @@ void SyncDevice::plan_next(uint64_t now) {
     if (hardware_.waiting_words(i) > 2) return fail(GLINT_SYNC_FAULT_STALLED);
   const uint64_t nominal = frame_.tick + active_.run.period_ticks;
   take_applied(now);
-  frame_ = planner_.plan_frame(active_, planner_.earliest_frame(active_, nominal), planned_, locked_);
+  frame_ =
+      planner_.plan_frame(active_, planner_.earliest_frame(active_, nominal, planned_), planned_, locked_);
   feed(frame_);
   waiting_[planned_ % 4] = {frame_.tick, planned_, frame_.outputs, frame_.flags};
   ++planned_;
@@ -129,8 +130,15 @@ void SyncDevice::take_applied(uint64_t now) {
 void SyncDevice::arm(uint64_t now) {
   if (now - last_sample_ > kSamplesOverdue) return fail(GLINT_SYNC_FAULT_SUPPLY);
   if (planned_ == begun_) {
+    hardware_.disarm();  // what is fed must not begin before all of it is
     take_applied(now);
-    frame_ = planner_.plan_frame(active_, planner_.earliest_frame(active_, now), planned_, locked_);
+    // The gate must not open before: a frame begins with its edge, wherever it was planned.
+    const uint64_t earliest = planner_.earliest_frame(active_, now, planned_);
+    if (earliest > now) {
+      arm_at_ = earliest;
+      return;
+    }
+    frame_ = planner_.plan_frame(active_, now, planned_, locked_);
     feed(frame_);
     ++planned_;
   }
@@ -149,7 +157,7 @@ void SyncDevice::on_edge(uint64_t edge) {
   if (!planning_) return;
   if (active_.run.pulses != 0 && begun_ >= active_.run.pulses)
     return stop_planning(GLINT_SYNC_STOP_BURST_END);
-  arm_at_ = planner_.earliest_frame(active_, edge + active_.run.period_ticks);
+  arm_at_ = planner_.earliest_frame(active_, edge + active_.run.period_ticks, planned_);
 }
 
 void SyncDevice::feed(const Frame& frame) {

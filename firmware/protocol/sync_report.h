@@ -42,7 +42,7 @@ enum glint_sync_report_id {
 
 // What an input report tells; everything but TRIGGERS is an event.
 enum glint_sync_kind {
-  GLINT_SYNC_KIND_TRIGGERS = 0,  // one to four triggers
+  GLINT_SYNC_KIND_TRIGGERS = 0,  // one to four triggers; sent when the last of them has begun
   GLINT_SYNC_KIND_BOOTED = 1,    // first of an epoch; detail: glint_sync_reset
   GLINT_SYNC_KIND_STARTED = 2,   // tick, sequence: of the first frame to come (external: of the arming)
   GLINT_SYNC_KIND_STOPPED = 3,   // detail: glint_sync_stop | glint_sync_fault << 8; sequence: its frames
@@ -113,9 +113,10 @@ enum glint_sync_refusal {
   GLINT_SYNC_REFUSED_POLARITY = 13,  // a strobe's is the jumper's (limit: 1 = low); others: not while running
   GLINT_SYNC_REFUSED_PHASE = 14,     // not below every_n
   GLINT_SYNC_REFUSED_CODE = 15,      // group out of range; limit: the nearest allowed one
-  GLINT_SYNC_REFUSED_LIMIT = 16,     // above the firmware's own cap
+  GLINT_SYNC_REFUSED_LOCKOUT = 16,   // limits: above the cap, mV
   GLINT_SYNC_REFUSED_NO_OUTPUT = 17,  // no output is enabled, or there is none of that number
-  GLINT_SYNC_REFUSED_SUPPLY = 18      // self-test of a strobe during lockout
+  GLINT_SYNC_REFUSED_SUPPLY = 18,     // self-test of a strobe during lockout
+  GLINT_SYNC_REFUSED_REARM = 19       // limits: above the cap, or not far enough below lockout_mv, mV
 };
 
 enum glint_sync_command_code {

@@ -124,6 +124,7 @@ void reset_chip() {
 }
 
 void start_bootloader() {
+  kWanted.write(kMarkValue);  // the ROM leaves by the watchdog, too
   watchdog::kControl.clear(watchdog::kEnable);
   // Where the ROM keeps its functions: datasheet, section 2.8.3.
   using Lookup = void* (*)(const uint16_t*, uint32_t);

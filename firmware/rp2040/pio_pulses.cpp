@@ -156,8 +156,9 @@ bool PioPulses::arm(bool& missed) {
   io::raised(kPinSyncIn).write(edge);
   const bool high = (io::status(kPinSyncIn).read() & io::kFromPad) != 0;
   if (high != falling) return false;
-  io::interrupt_enable(kPinSyncIn).set(edge);
+  // The gate first: an edge in between fires at once, and is timed as soon as the interrupt may come.
   io::override_in(kPinSyncIn, falling ? io::Override::Invert : io::Override::Normal);
+  io::interrupt_enable(kPinSyncIn).set(edge);
   return true;
 }
 

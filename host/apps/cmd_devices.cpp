@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `glint devices`: what can run the detector, and the cameras.
+// `glint devices`: what can run the detector, the cameras, the sync boards.
 #include <cstdio>
 
 #include <nlohmann/json.hpp>
@@ -8,6 +8,7 @@
 #include "host/apps/camera_list.hpp"
 #include "host/apps/commands.hpp"
 #include "host/apps/device_list.hpp"
+#include "host/apps/sync_board_list.hpp"
 
 namespace glint::apps {
 namespace {
@@ -55,6 +56,7 @@ void print_json(const std::vector<gpu::DeviceInfo>& devices, const std::string& 
   }
   nlohmann::ordered_json json({{"devices", all}, {"problem", problem}});
   add_camera_list(json);
+  add_sync_boards(json);
   std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }
 
@@ -81,14 +83,16 @@ void print_device_list() {
 }
 
 void add_devices(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("devices", "List what can run the detector (--device), and the cameras");
+  CLI::App* command = app.add_subcommand(
+      "devices", "List what can run the detector (--device), the cameras and the sync boards");
   const auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "as JSON");
   command->callback([json] {
     if (!*json) {
       print_device_list();
       print_camera_list();
+      const std::string boards = sync_boards_text();
+      if (!boards.empty()) std::printf("\nsync boards\n%s", boards.c_str());
       return;
     }
     std::string problem;

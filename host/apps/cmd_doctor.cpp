@@ -10,6 +10,8 @@
 #include "gpu/detector.hpp"
 #include "host/apps/commands.hpp"
 #include "host/apps/live_cameras.hpp"
+#include "host/apps/sync_board_list.hpp"
+#include "host/apps/version.hpp"
 #include "host/base/error.hpp"
 #include "host/capture/v4l2/camera_list.hpp"
 #include "host/config/rig.hpp"
@@ -56,6 +58,7 @@ Findings examine(const DoctorArguments& a) {
   append(findings, check_wanted(calls, roots, wanted));
   append(findings, check_usb(list, roots, wanted));
   append(findings, check_hid(roots.dev));
+  append(findings, check_sync_boards(kVersionNumber));
   std::string no_vulkan;
   const std::vector<gpu::DeviceInfo> devices = gpu::list_devices(&no_vulkan);
   findings.push_back(check_vulkan(devices, no_vulkan));

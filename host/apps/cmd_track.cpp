@@ -188,6 +188,10 @@ void run(const TrackArguments& a) {
   summary.input = pipeline.input().counters();
   if (const Ledger* const ledger = pipeline.input().ledger()) summary.ledger = *ledger;
   if (const CodeReport* const code = pipeline.input().code()) summary.code = *code;
+  if (opened.board) {
+    summary.board = opened.board->counters();
+    summary.board_serial = opened.board->info().serial;
+  }
   ReportData report;
   if (report_file) output->fill(report);
   output.reset();  // ends the status line

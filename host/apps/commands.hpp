@@ -14,6 +14,7 @@ void add_devices(CLI::App& app);
 void add_doctor(CLI::App& app);
 void add_import(CLI::App& app);
 void add_sim(CLI::App& app);
+void add_sync(CLI::App& app);
 void add_track(CLI::App& app);
 
 }  // namespace glint::apps

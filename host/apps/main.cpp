@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   glint::apps::add_detect(app);
   glint::apps::add_devices(app);
   glint::apps::add_doctor(app);
+  glint::apps::add_sync(app);
   glint::apps::add_bench(app);
   glint::apps::add_sim(app);
   glint::apps::add_import(app);

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "gpu/background.hpp"
+#include "host/apps/rig_board.hpp"
 #include "host/base/error.hpp"
 #include "host/capture/blob_source.hpp"
 #include "host/capture/image_file.hpp"
@@ -54,7 +55,8 @@ Rig make_rig(const RunArguments& a, const Scene* scene) {
     rig.calibration = scene->calibration();
     rig.rate_hz = scene->options().rate_hz;
     rig.marker_radius_m = rig.match.marker_radius_m = scene->options().marker_radius_m;
-    rig.sync = {scene->options().code_seed, scene->options().code_group};
+    rig.sync.code_seed = scene->options().code_seed;
+    rig.sync.code_group = scene->options().code_group;
   }
   if (!a.device.empty()) rig.gpu.device = a.device;
   if (a.depth) rig.gpu.depth = *a.depth;
@@ -176,6 +178,9 @@ void open_frames(OpenedRun& run, const RunArguments& a, FrameInputOptions option
       const bool rate_known = a.rate_hz || !a.rig_file.empty();
       V4l2Options live = live_options(std::string_view(a.source).substr(kLive.size()),
                                       rate_known ? run.rig.rate_hz : 0.0, run.rig, a.live);
+      run.board = open_board(run.rig, run.notes);
+      live.pulses = run.board.get();
+      live.assemble.exposure_s = run.board ? run.rig.sync.strobe_us * 1e-6 : 0.0;
       if (real_time != nullptr) live.feed.on_thread = [real_time] { real_time->enter(ThreadRole::Camera); };
       return std::make_unique<V4l2Source>(live);
     }

@@ -15,6 +15,7 @@
 #include "host/pipeline/tick_input.hpp"
 #include "host/realtime/real_time.hpp"
 #include "host/sim/scene.hpp"
+#include "host/sync/board_run.hpp"
 
 namespace glint::apps {
 
@@ -34,8 +35,9 @@ void add_run_options(CLI::App& command, RunArguments& arguments, const std::stri
 
 /// A source that is open and ready, and what it was opened with.
 struct OpenedRun {
-  Rig rig;                       ///< with the command line's settings put over the file's
-  std::unique_ptr<Scene> scene;  ///< only for sim: the truth; outlives the input
+  Rig rig;                          ///< with the command line's settings put over the file's
+  std::unique_ptr<Scene> scene;     ///< only for sim: the truth; outlives the input
+  std::unique_ptr<BoardRun> board;  ///< only of live cameras, if there is one; outlives the input
   std::unique_ptr<TickInput> input;
   std::vector<std::string> notes;  ///< what was chosen or done without, for the person at the terminal
 };

@@ -182,6 +182,16 @@ std::vector<ReportRow> summary_rows(const RunSummary& s) {
   if (s.code) {
     for (ReportRow& row : alignment_rows(*s.code, s.cameras)) rows.push_back(std::move(row));
   }
+  if (s.board) {
+    const BoardCounters& b = *s.board;
+    add("sync board " + s.board_serial,
+        text("%llu pulses, %llu not told of, times known to %.1f us", number_of(b.pulses),
+             number_of(b.not_told + b.not_taken), b.worst_error_s * 1e6),
+        b.gone + b.resets + b.lockouts == 0
+            ? ""
+            : text("gone %llu times, reset %llu, lights held off %llu", number_of(b.gone),
+                   number_of(b.resets), number_of(b.lockouts)));
+  }
   const SourceCounters& f = s.input.source;
   if (!s.ledger && f.missing + f.damaged + f.late + f.duplicated + f.no_slot > 0) {
     add("frames lost by the source",
@@ -237,6 +247,13 @@ std::string summary_json(const RunSummary& s) {
   if (s.real_time) j["real_time"] = real_time_json(*s.real_time);
   if (s.ledger) j["ledger"] = ledger_json(s);
   if (s.code) j["alignment"] = alignment_json(*s.code, s.cameras);
+  if (s.board) {
+    const BoardCounters& b = *s.board;
+    j["sync_board"] = {{"serial", s.board_serial}, {"pulses", b.pulses},
+                       {"not_told", b.not_told},   {"not_taken", b.not_taken},
+                       {"gone", b.gone},           {"resets", b.resets},
+                       {"lockouts", b.lockouts},   {"worst_error_s", b.worst_error_s}};
+  }
   if (s.score) {
     const ScoreResult& r = *s.score;
     j["score"] = {{"recall", r.recall},

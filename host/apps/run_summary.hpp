@@ -13,6 +13,7 @@
 #include "host/pipeline/track_pipeline.hpp"
 #include "host/realtime/real_time.hpp"
 #include "host/sim/score.hpp"
+#include "host/sync/board_run.hpp"
 
 namespace glint::apps {
 
@@ -21,8 +22,10 @@ struct RunSummary {
   double wall_s = 0.0, rate_hz = 0.0, nominal_rate_hz = 0.0;
   TrackCountersSnapshot counters;
   InputCounters input;
-  std::optional<Ledger> ledger;      ///< only of live cameras
-  std::optional<CodeReport> code;    ///< only with coded pulses
+  std::optional<Ledger> ledger;        ///< only of live cameras
+  std::optional<CodeReport> code;      ///< only with coded pulses
+  std::optional<BoardCounters> board;  ///< only with a sync board
+  std::string board_serial;
   std::vector<std::string> cameras;  ///< their names
   std::uint64_t ids = 0;
   LatencyHistogram detection, end_to_end;

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "host/base/error.hpp"
-#include "host/base/pulse_code.hpp"
 #include "host/config/number_text.hpp"
 #include "host/config/read_calibration.hpp"
 #include "host/config/read_capture.hpp"
+#include "host/config/read_sync.hpp"
 #include "host/config/rig.hpp"
 #include "host/config/text_file.hpp"
 #include "host/config/toml_section.hpp"
@@ -122,10 +122,8 @@ Rig read_rig_tables(TomlSection& top, const std::filesystem::path& path, FilePro
                   Need::Optional);
     section.whole("max_missed_frames", rig.track.max_missed_frames, 0, kAnyCount, Need::Optional);
   });
-  read_section(top, "sync", rig.sync, problems, [&](TomlSection& section) {
-    section.whole("code_seed", rig.sync.code_seed, 0, kAnyCount, Need::Optional);
-    section.whole("code_group", rig.sync.code_group, 0, kAnyCount, Need::Optional);
-  });
+  read_section(top, "sync", rig.sync, problems,
+               [&](TomlSection& section) { read_sync(section, rig.sync, problems); });
   read_section(top, "capture", rig.capture, problems,
                [&](TomlSection& section) { read_capture(section, rig.calibration, rig.capture, problems); });
   top.finish();
@@ -154,15 +152,6 @@ void DetectSettings::check(std::vector<std::string>& problems) const {
 void GpuSettings::check(std::vector<std::string>& problems) const {
   if (device.empty()) problems.emplace_back("gpu.device must not be empty (\"auto\" chooses one)");
   if (depth < 1 || depth > 4) problems.push_back("gpu.depth must be 1 to 4, not " + std::to_string(depth));
-}
-
-void SyncSettings::check(std::vector<std::string>& problems) const {
-  if (code_group == 0) return;
-  if (code_group < PulseCode::kLeastGroup || code_group > PulseCode::kMostGroup) {
-    problems.push_back("sync.code_group must be 0 (as recommended for the rate) or " +
-                       std::to_string(PulseCode::kLeastGroup) + " to " +
-                       std::to_string(PulseCode::kMostGroup) + ", not " + std::to_string(code_group));
-  }
 }
 
 Rig read_rig(const std::filesystem::path& path) {

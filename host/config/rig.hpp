@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -59,8 +60,23 @@ struct CaptureSettings {
   void check(std::vector<std::string>& problems) const;
 };
 
-/// Section [sync]: coded pulses (host/base/pulse_code.hpp).
+/// Section [[sync.output]]: an output of the sync board that is not as the others of its kind.
+struct SyncOutput {
+  std::uint32_t output = 0;  ///< 0 to 3: triggers, 4 to 7: strobes
+  bool enabled = true, active_low = false;
+  std::optional<double> delay_us, width_us;  ///< none: as the others of its kind
+  std::uint32_t every_n = 1, phase = 0;      ///< fires in pulses whose number % every_n is phase
+};
+
+/// Section [sync]: the sync board (docs/sync-board.md) and its coded pulses (host/base/pulse_code.hpp).
 struct SyncSettings {
+  std::string board = "none";  ///< "none"; "auto": if there is one; else its serial number
+  bool follow = false;         ///< somebody else starts and stops it
+  double trigger_us = 100.0, trigger_delay_us = 0.0;
+  double strobe_us = 137.0, strobe_delay_us = 788.0;  ///< when the Arducam B0332 exposes, in its trigger mode
+  std::uint32_t keepalive_ms = 2000;                  ///< without glint the board stops; 0: it goes on
+  bool sync_out = false;
+  std::vector<SyncOutput> outputs;
   std::uint32_t code_seed = 0;   ///< as the sync board has it; 0: the light is never off on purpose
   std::uint32_t code_group = 0;  ///< pulses for each dark one; 0: as recommended for the rate
   void check(std::vector<std::string>& problems) const;

@@ -160,6 +160,18 @@ bool TomlSection::text(std::string_view key, std::string& value, Need need) {
   return true;
 }
 
+bool TomlSection::flag(std::string_view key, bool& value, Need need) {
+  const toml::node* node = find(key, need);
+  if (!node) return false;
+  const auto* read = node->as_boolean();
+  if (!read) {
+    problem(key, "must be true or false, not " + kind_of(*node));
+    return false;
+  }
+  value = read->get();
+  return true;
+}
+
 bool TomlSection::numbers(std::string_view key, std::span<double> values, Need need) {
   const toml::node* node = find(key, need);
   if (!node) return false;

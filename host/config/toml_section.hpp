@@ -47,6 +47,7 @@ class TomlSection {
   /// Within [min, max].
   bool whole(std::string_view key, std::uint32_t& value, std::uint32_t min, std::uint32_t max, Need need);
   bool text(std::string_view key, std::string& value, Need need);
+  bool flag(std::string_view key, bool& value, Need need);
   /// An array of exactly values.size() finite numbers.
   bool numbers(std::string_view key, std::span<double> values, Need need);
   const toml::table* table(std::string_view key, Need need);

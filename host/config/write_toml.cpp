@@ -78,6 +78,33 @@ std::string capture_text(const CaptureSettings& capture) {
   return text;
 }
 
+const char* flag_text(bool flag) { return flag ? "true" : "false"; }
+
+std::string sync_text(const SyncSettings& sync) {
+  std::string text = "\n[sync]\n";
+  text += "board = " + quoted(sync.board) + "  # \"none\", \"auto\" or a serial number\n";
+  text += std::string("follow = ") + flag_text(sync.follow) + "\n";
+  text += "trigger_us = " + exact_text(sync.trigger_us) + "\n";
+  text += "trigger_delay_us = " + exact_text(sync.trigger_delay_us) + "\n";
+  text += "strobe_us = " + exact_text(sync.strobe_us) + "\n";
+  text += "strobe_delay_us = " + exact_text(sync.strobe_delay_us) + "\n";
+  text += "keepalive_ms = " + std::to_string(sync.keepalive_ms) + "  # 0: the board goes on without glint\n";
+  text += std::string("sync_out = ") + flag_text(sync.sync_out) + "\n";
+  text += "code_seed = " + std::to_string(sync.code_seed) + "  # 0: no coded pulses\n";
+  text += "code_group = " + std::to_string(sync.code_group) + "  # 0: as recommended for the rate\n";
+  for (const SyncOutput& output : sync.outputs) {
+    text += "\n[[sync.output]]\n";
+    text += "output = " + std::to_string(output.output) + "\n";
+    text += std::string("enabled = ") + flag_text(output.enabled) + "\n";
+    text += std::string("active_low = ") + flag_text(output.active_low) + "\n";
+    if (output.delay_us) text += "delay_us = " + exact_text(*output.delay_us) + "\n";
+    if (output.width_us) text += "width_us = " + exact_text(*output.width_us) + "\n";
+    text += "every_n = " + std::to_string(output.every_n) + "\n";
+    text += "phase = " + std::to_string(output.phase) + "\n";
+  }
+  return text;
+}
+
 /// The camera in one comment line, for a person who looks at the effective settings.
 std::string camera_comment(const CameraCalibration& camera) {
   const Eigen::Vector3d& t = camera.world_from_camera.translation;
@@ -138,10 +165,7 @@ std::string to_toml(const Rig& rig) {
   text += "max_speed_m_s = " + exact_text(rig.track.max_speed_m_s) + "\n";
   text += "confirm_frames_two_views = " + std::to_string(rig.track.confirm_frames_two_views) + "\n";
   text += "max_missed_frames = " + std::to_string(rig.track.max_missed_frames) + "\n";
-  text += "\n[sync]\n";
-  text += "code_seed = " + std::to_string(rig.sync.code_seed) + "  # 0: no coded pulses\n";
-  text += "code_group = " + std::to_string(rig.sync.code_group) + "  # 0: as recommended for the rate\n";
-  return text + capture_text(rig.capture);
+  return text + sync_text(rig.sync) + capture_text(rig.capture);
 }
 
 void write_calibration(const std::filesystem::path& path, const Calibration& calibration, bool force) {

@@ -32,7 +32,8 @@ TOOL_FOLDERS = os.environ.get("PATH", "") + ":/usr/sbin:/sbin"
 # Loaded in every guest: the host's file system over virtio.
 BASE_MODULES = ["virtio_pci", "9pnet_virtio", "9p"]
 # Loaded on request.
-DEVICE_MODULES = ["vivid", "uvcvideo", "vhci-hcd", "v4l2loopback", "uhid", "usbhid", "hid-generic", "dummy_hcd", "libcomposite"]
+DEVICE_MODULES = ["vivid", "uvcvideo", "vhci-hcd", "v4l2loopback", "uhid", "usbhid", "hid-generic", "dummy_hcd",
+                  "libcomposite", "virtio_net"]
 
 
 class Missing(Exception):
@@ -145,8 +146,8 @@ def write_initrd(path, root, release):
     for folder in ("bin", "dev", "proc", "sys", "host", "modules", "modules/order"):
         archive.folder(folder)
     archive.file("bin/busybox", program, 0o755)
-    for applet in ("sh", "cat", "chroot", "cp", "cut", "dmesg", "echo", "insmod", "ln", "ls", "mkdir", "mount",
-                   "poweroff", "stty", "tail", "tr"):
+    for applet in ("sh", "cat", "chroot", "cp", "cut", "dmesg", "echo", "ifconfig", "insmod", "ln", "ls", "mkdir",
+                   "mount", "poweroff", "stty", "tail", "tr"):
         archive.link(f"bin/{applet}", "busybox")
     present = set()
     for module in BASE_MODULES + DEVICE_MODULES:

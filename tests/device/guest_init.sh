@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # First process of the guest: loads modules, mounts the host's files, runs one command among them, says how it ended.
-# run_in_guest.py puts into /job: modules (a line each: name, options), copy (files for tmpfs), command (a script).
+# run_in_guest.py puts into /job: modules (a line each: name, options), copy (files for tmpfs), command (a script), and
+# network and out where they are wanted.
 # Serial lines: ttyS0 this log, ttyS1 and ttyS2 the command's outputs, ttyS3 its exit code.
 # shellcheck disable=SC2013,SC2015  # names have no spaces; nothing fails after what is tested
 export PATH=/bin
@@ -41,6 +42,10 @@ over_virtio=trans=virtio,version=9p2000.L,msize=1048576
 mount -t 9p -o $over_virtio,ro,cache=loose host /host || fail "the host's root cannot be mounted"
 # shellcheck disable=SC2086  # the line is meant to be split into name and options
 while read -r line; do load $line; done </job/modules
+if [ -e /job/network ]; then
+  load virtio_net
+  ifconfig lo 127.0.0.1 && ifconfig eth0 10.0.2.15 netmask 255.255.255.0 || fail "no network"
+fi
 
 mount -t proc proc /host/proc && mount -t sysfs sysfs /host/sys && mount --bind /dev /host/dev &&
   mount -t tmpfs -o size=90% run /host/run || fail "the host's root cannot be entered"

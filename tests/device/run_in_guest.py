@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Runs a command of this machine under a real kernel with real drivers, in QEMU, as root.
 
-    run_in_guest.py [--virtual-time] [--module "NAME OPTION=VALUE ..."]... [--copy FILE]... [--out DIR]
+    run_in_guest.py [--virtual-time] [--network] [--module "NAME OPTION=VALUE ..."]... [--copy FILE]... [--out DIR]
                     [--env NAME=VALUE]... [--timeout SECONDS] [--memory-mib N] [--log FILE] -- COMMAND ARGUMENT...
 
 The guest sees this machine's files read-only, its own /dev, /sys and /proc, and an empty /run. COMMAND's program and
@@ -13,6 +13,8 @@ with its code; 124: out of time; 125: the guest itself failed, and its log is sh
 
 --virtual-time: the guest's clock counts instructions, one a nanosecond, and jumps while the guest is idle. Rates and
 times may be asserted in it, whatever else this machine does. Never sleep for readiness there: shake hands.
+--network: the guest reaches servers on this machine at 10.0.2.2; not together with --virtual-time, which would not wait
+for their answers.
 """
 import argparse
 import fcntl
@@ -70,6 +72,8 @@ def job_archive(arguments, command, copies):
     archive.file("job/copy", "".join(f"{os.path.realpath(a)} {b}\n" for a, b in copies.items()).encode(), 0o644)
     if arguments.out:
         archive.file("job/out", b"", 0o644)
+    if arguments.network:
+        archive.file("job/network", b"", 0o644)
     return archive.bytes()
 
 
@@ -87,6 +91,8 @@ def qemu_command(arguments, folder, box):
         "-virtfs", f"{share},path=/,mount_tag=host,readonly=on"]
     if arguments.out:
         command += ["-virtfs", f"{share},path={os.path.abspath(arguments.out)},mount_tag=out"]
+    if arguments.network:
+        command += ["-netdev", "user,id=net", "-device", "virtio-net-pci,netdev=net,romfile="]
     for name in ("log", "stdout", "stderr", "code"):
         command += ["-serial", f"file:{box}/{name}"]
     return command
@@ -179,6 +185,7 @@ def main():
     split = sys.argv.index("--")
     parser = argparse.ArgumentParser(usage=__doc__)
     parser.add_argument("--virtual-time", action="store_true")
+    parser.add_argument("--network", action="store_true")
     parser.add_argument("--module", action="append", default=[])
     parser.add_argument("--copy", action="append", default=[])
     parser.add_argument("--env", action="append", default=[], metavar="NAME=VALUE")
@@ -191,6 +198,8 @@ def main():
     command = sys.argv[split + 1:]
     if not command:
         parser.error("no command after --")
+    if arguments.network and arguments.virtual_time:
+        parser.error("--network and --virtual-time exclude each other")
     try:
         return run(arguments, command)
     except build_guest.Missing as error:

@@ -17,6 +17,7 @@ PACKAGE_OF = {
     "libswscale": "libswscale-dev", "yaml-cpp": "libyaml-cpp-dev", "pugixml": "libpugixml-dev",
     "libturbojpeg": "libturbojpeg0-dev", "libjpeg": "libjpeg62-turbo-dev", "libpng": "libpng-dev", "PNG": "libpng-dev",
     "hidapi-hidraw": "libhidapi-dev", "hidapi-libusb": "libhidapi-dev", "libusb-1.0": "libusb-1.0-0-dev",
+    "umockdev-1.0": "libumockdev-dev",
     "OpenCV": "libopencv-calib3d-dev", "benchmark": "libbenchmark-dev", "Python3": "python3",
 }
 PART_OF_CMAKE = {"Threads"}

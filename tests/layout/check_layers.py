@@ -20,6 +20,7 @@ TABLE = {
     "host/base": [],
     "host/frames": ["gpu"],
     "host/assemble": ["host/frames", "gpu"],
+    "host/sync": ["usb-sync", "firmware/protocol", "host/assemble", "host/frames", "gpu"],
     "host/geometry": ["gpu"],
     "host/capture": ["host/frames", "host/assemble", "gpu"],
     "host/sim": ["host/frames", "host/geometry", "gpu"],

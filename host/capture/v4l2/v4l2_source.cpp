@@ -35,7 +35,7 @@ std::string times(std::uint64_t count) { return std::to_string(count) + (count =
 }  // namespace
 
 V4l2Source::V4l2Source(const V4l2Options& options, std::shared_ptr<DeviceCalls> calls)
-    : calls_(std::move(calls)), assemble_(options.assemble) {
+    : calls_(std::move(calls)), assemble_(options.assemble), pulses_(options.pulses) {
   std::string problems;
   for (const CameraRequest& camera : options.cameras) {
     try {
@@ -79,9 +79,11 @@ void V4l2Source::start(FramePool& pool) {
     }
   }
   if (!problems.empty()) throw Error(problems);
+  if (pulses_ != nullptr) pulses_->begin();
 }
 
 void V4l2Source::let_go() noexcept {
+  if (pulses_ != nullptr) pulses_->end();
   for (const auto& feed : feeds_) feed->stop();
   assembler_.reset();
   pool_ = nullptr;
@@ -103,6 +105,10 @@ void V4l2Source::apply_shifts() noexcept {
 /// Moves everything that has come into the assembler. False if nothing had.
 bool V4l2Source::gather() noexcept {
   bool any = false;
+  for (FiredPulse pulse; pulses_ != nullptr && pulses_->take(pulse); any = true) {
+    assembler_->add_pulse(pulse.trigger, pulse.exposed, pulse.lights_on);
+    pulse_error_s_ = pulse.error_s;
+  }
   for (std::size_t n = 0; n < feeds_.size(); ++n) {
     const CameraId camera{static_cast<std::uint8_t>(n)};
     for (FeedItem item; feeds_[n]->take(item); any = true) {
@@ -136,7 +142,7 @@ ReadStatus V4l2Source::read(FramePool& pool, FrameSet& set) noexcept {
     const bool any = gather();
     const Timestamp now = std::chrono::steady_clock::now();
     if (assembler_->next(set, now)) {
-      set.live = live_times(set, set.delivered, assembler_->exposed_error_s());
+      set.live = live_times(set, set.delivered, assembler_->exposed_error_s() + pulse_error_s_);
       set.delivered = now;
       return ReadStatus::Ok;
     }

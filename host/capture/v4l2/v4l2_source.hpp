@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/assemble/assembler.hpp"
+#include "host/assemble/pulse_source.hpp"
 #include "host/capture/v4l2/camera_feed.hpp"
 #include "host/frames/source.hpp"
 
@@ -18,6 +19,7 @@ struct V4l2Options {
   std::vector<CameraRequest> cameras;
   AssembleOptions assemble;  ///< rate_hz 0: that of the slowest camera
   FeedOptions feed;
+  PulseSource* pulses = nullptr;  ///< the sync board, if there is one; outlives the source
 };
 
 /// One thread per camera captures and decodes; read() pairs their frames by pulse. A camera that stops does
@@ -50,6 +52,8 @@ class V4l2Source final : public FrameSource {
 
   std::shared_ptr<DeviceCalls> calls_;
   AssembleOptions assemble_;
+  PulseSource* pulses_;
+  double pulse_error_s_ = 0.0;  // of the newest
   std::vector<SourceCamera> described_;
   WakeUp wake_up_;
   FramePool* pool_ = nullptr;  // that the cameras fill

@@ -20,6 +20,7 @@
 #include "tests/device/program/program.hpp"
 #include "tests/device/reader_command/reader_command.hpp"
 #include "tests/device/uvc_camera/fault_script.hpp"
+#include "tests/device/uvc_camera/pulse_lines.hpp"
 #include "tests/device/uvc_camera/trigger.hpp"
 #include "tests/device/uvc_camera/virtual_camera.hpp"
 
@@ -27,7 +28,7 @@ namespace glint::device {
 namespace {
 
 struct Arguments {
-  std::string frames, faults, log;
+  std::string frames, faults, log, board;
   TriggerOptions trigger;
 };
 
@@ -38,19 +39,23 @@ std::int64_t now_ns() {
 }
 
 /// One pass: waits until something is due or the host wants something, at most `patience_ns`, and does it.
-void serve(Trigger::Cameras& cameras, Trigger& trigger, std::int64_t patience_ns) {
+void serve(Trigger::Cameras& cameras, Trigger& trigger, PulseLines* pulses, std::int64_t patience_ns) {
   std::int64_t wake_ns = std::min(now_ns() + patience_ns, trigger.next_ns());
   std::vector<pollfd> polls;
   for (const VirtualCamera& camera : cameras) {
     wake_ns = std::min(wake_ns, camera.next_due_ns());
     polls.push_back({camera.socket(), POLLIN, 0});
   }
+  if (pulses != nullptr) polls.push_back({pulses->socket(), POLLIN, 0});
   const std::int64_t wait_ns = std::max<std::int64_t>(wake_ns - now_ns(), 0);
   const timespec wait{wait_ns / 1'000'000'000, wait_ns % 1'000'000'000};
   ppoll(polls.data(), polls.size(), &wait, nullptr);
   const std::int64_t now = now_ns();
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     if (polls[c].revents != 0 && !cameras[c].answer_host(now)) cameras[c].unplug();
+  }
+  if (pulses != nullptr) {
+    while (const std::optional<std::int64_t> pulse_ns = pulses->next(now)) trigger.fire(*pulse_ns);
   }
   trigger.fire_due(now);
   for (VirtualCamera& camera : cameras) camera.complete_due(now);
@@ -60,7 +65,7 @@ void serve(Trigger::Cameras& cameras, Trigger& trigger, std::int64_t patience_ns
 constexpr std::int64_t kPatience_ns = 5'000'000;
 
 /// Plugs the cameras in one after the other, so that their nodes are numbered in their order.
-std::vector<std::string> plug_all(Trigger::Cameras& cameras, Trigger& trigger) {
+std::vector<std::string> plug_all(Trigger::Cameras& cameras, Trigger& trigger, PulseLines* pulses) {
   constexpr std::int64_t kLongest_ns = 20'000'000'000;
   std::vector<std::string> environment;
   for (VirtualCamera& camera : cameras) {
@@ -69,7 +74,7 @@ std::vector<std::string> plug_all(Trigger::Cameras& cameras, Trigger& trigger) {
     while (camera.capture_node().empty()) {
       const std::string name = "virtual camera " + std::to_string(environment.size() + 1);
       if (now_ns() > latest) throw Error(name + ": the kernel makes no capture node of it; load uvcvideo");
-      serve(cameras, trigger, kPatience_ns);
+      serve(cameras, trigger, pulses, kPatience_ns);
     }
     environment.push_back("CAMERA_" + std::to_string(environment.size() + 1) + "=" + camera.capture_node());
   }
@@ -86,6 +91,9 @@ int run(int argc, char** argv) {
   app.add_option("--pulses", a.trigger.pulses,
                  "then the trigger falls silent; 0: as many as the file has ticks");
   app.add_option("--read-out", read_out_ms, "ms from the pulse until the frame leaves the camera");
+  app.add_option(
+      "--board", a.board,
+      "ADDRESS:PORT of usbip_server.js's control port: its GP2 triggers, not a trigger of our own");
   app.add_option("--faults", a.faults, "script of lines PULSE CAMERA FAULT");
   app.add_option("--log", a.log, "CSV of what was sent, written at the end");
   try {
@@ -108,10 +116,15 @@ int run(int argc, char** argv) {
   }
   Trigger trigger(a.trigger, frames, faults, cameras);
   become_hardware();
-  const std::vector<std::string> environment = plug_all(cameras, trigger);
+  constexpr unsigned kTriggerPin = 2;
+  std::optional<PulseLines> lines;
+  if (!a.board.empty()) lines.emplace(a.board, kTriggerPin);
+  PulseLines* const pulses = lines ? &*lines : nullptr;
+  const std::vector<std::string> environment = plug_all(cameras, trigger, pulses);
   ReaderCommand reader(command, environment);
   while (!reader.ended()) {
-    serve(cameras, trigger, kPatience_ns);
+    serve(cameras, trigger, pulses, kPatience_ns);
+    if (pulses != nullptr) continue;
     const auto streams = [](const VirtualCamera& camera) { return camera.streaming(); };
     if (!trigger.started() && std::all_of(cameras.begin(), cameras.end(), streams)) {
       constexpr std::int64_t kSettle_ns =

@@ -43,8 +43,14 @@ std::int64_t Trigger::next_ns() const noexcept {
 
 void Trigger::fire_due(std::int64_t now_ns) {
   for (; next_ns() <= now_ns; ++next_) {
-    for (unsigned c = 0; c < cameras_.size(); ++c) expose(next_, c);
+    for (unsigned c = 0; c < cameras_.size(); ++c) expose(next_, time_ns(next_), c);
   }
+}
+
+void Trigger::fire(std::int64_t pulse_ns) {
+  if (done()) return;
+  for (unsigned c = 0; c < cameras_.size(); ++c) expose(next_, pulse_ns, c);
+  ++next_;
 }
 
 void Trigger::replug_waiting() {
@@ -77,18 +83,18 @@ void Trigger::act(const Fault& fault, unsigned camera) {
   }
 }
 
-void Trigger::expose(std::uint64_t pulse, unsigned camera) {
+void Trigger::expose(std::uint64_t pulse, std::int64_t pulse_ns, unsigned camera) {
   const std::vector<Fault>& faults = faults_.at(pulse, camera);
   std::string words;
   for (const Fault& fault : faults) {
     words += (words.empty() ? "" : "+") + std::string(word_of(fault.kind));
     act(fault, camera);
   }
-  log_.push_back({pulse, camera, words, cameras_[camera].streaming()});
+  log_.push_back({pulse, pulse_ns, camera, words, cameras_[camera].streaming()});
   std::uint64_t shown = pulse - std::min(pulse, slipped_[camera]);
   bool dark = false, never = false, twice = false;
   StreamFrame frame;
-  frame.ready_ns = time_ns(pulse) + options_.read_out_ns;
+  frame.ready_ns = pulse_ns + options_.read_out_ns;
   for (const Fault& fault : faults) {
     if (fault.kind == FaultKind::Never) never = true;
     if (fault.kind == FaultKind::Twice) twice = true;
@@ -115,7 +121,7 @@ void Trigger::write_log(const std::filesystem::path& path) const {
   std::fputs("pulse,camera,time_ns,fault,watched\n", file);
   for (const Entry& entry : log_) {
     std::fprintf(file, "%llu,%u,%lld,%s,%d\n", static_cast<unsigned long long>(entry.pulse), entry.camera + 1,
-                 static_cast<long long>(time_ns(entry.pulse)), entry.fault.c_str(), entry.watched);
+                 static_cast<long long>(entry.time_ns), entry.fault.c_str(), entry.watched);
   }
   if (std::fclose(file) != 0) throw Error(path.string() + ": cannot be written to its end");
 }

@@ -37,6 +37,8 @@ class Trigger {
   std::uint64_t pulses() const noexcept { return next_; }
   /// The largest number before start() and after the last.
   std::int64_t next_ns() const noexcept;
+  /// Instead of start(): somebody else fires each pulse; this one was at `pulse_ns`.
+  void fire(std::int64_t pulse_ns);
   /// Fires all pulses that are due.
   void fire_due(std::int64_t now_ns);
   /// Plugs cameras back in whose time has come, as soon as their ports are free.
@@ -48,12 +50,13 @@ class Trigger {
  private:
   struct Entry {
     std::uint64_t pulse = 0;
+    std::int64_t time_ns = 0;
     unsigned camera = 0;
     std::string fault;
     bool watched = false;  // the host was streaming
   };
   std::int64_t time_ns(std::uint64_t pulse) const noexcept;
-  void expose(std::uint64_t pulse, unsigned camera);
+  void expose(std::uint64_t pulse, std::int64_t pulse_ns, unsigned camera);
   void act(const Fault& fault, unsigned camera);
 
   TriggerOptions options_;

@@ -59,11 +59,10 @@ bool VhciPort::free() const {
   throw Error(kController.string() + ": has no high-speed port " + std::to_string(number_));
 }
 
-void VhciPort::attach(int socket) const {
-  constexpr unsigned kHighSpeed = 3;
+void VhciPort::attach(int socket, UsbSpeed speed) const {
   std::ofstream file(kController / "attach");
-  file << number_ << ' ' << socket << ' ' << number_ + 1 << ' ' << kHighSpeed << std::flush;
-  if (!file) throw Error("virtual USB port " + std::to_string(number_) + ": refuses the camera");
+  file << number_ << ' ' << socket << ' ' << number_ + 1 << ' ' << static_cast<unsigned>(speed) << std::flush;
+  if (!file) throw Error("virtual USB port " + std::to_string(number_) + ": refuses the device");
 }
 
 void VhciPort::detach() const noexcept {

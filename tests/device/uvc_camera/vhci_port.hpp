@@ -6,6 +6,9 @@
 
 namespace glint::device {
 
+/// As the kernel numbers them.
+enum class UsbSpeed : unsigned { Full = 2, High = 3 };
+
 class VhciPort {
  public:
   /// `number` counts the high-speed ports from 0. Throws Error when the kernel has no vhci-hcd.
@@ -14,7 +17,7 @@ class VhciPort {
   /// Nothing is plugged in, and the kernel is done with what was.
   bool free() const;
   /// Plugs in the device at the other end of `socket`, which may be closed then. Throws Error.
-  void attach(int socket) const;
+  void attach(int socket, UsbSpeed speed = UsbSpeed::High) const;
   void detach() const noexcept;
   /// The capture node, such as /dev/video2, of the camera that is plugged in; empty while there is none.
   std::string capture_node() const;

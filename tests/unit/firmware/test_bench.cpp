@@ -17,7 +17,7 @@ void NotedPulses::prepare(const Setup& with) {
   halt();
   setup = with;
   ran_dry_ = false;
-  measured_ = 0;
+  measured_ = with.measured < 0 ? 0 : pulses(static_cast<unsigned>(with.measured)).size();
 }
 
 void NotedPulses::feed(unsigned output, std::uint32_t low, std::uint32_t width) {
