@@ -69,25 +69,28 @@ void BoardLink::serve(HostTime now, HostTime deadline) noexcept {
 
 /// Who the board is, where its numbers and its clock are. False if it does not answer.
 bool BoardLink::take_up() noexcept {
+  Info info;
+  Status status;
   try {
-    const Info info = board_->read_info();
-    const Status status = board_->status();
-    const bool first = info_.tick_hz == 0, was_reset = !first && info.epoch != info_.epoch;
-    if (info.tick_hz != info_.tick_hz) clock_ = ClockModel(info.tick_hz, options_.clock);
-    info_ = info;
-    status_ = status;
-    stream_.opened(info.epoch, status.next_report_no);
-    if (was_reset) ++resets_;
-    transition_ = LinkBack{was_reset};
-    next_status_ = HostClock::now() + options_.status_period;
+    info = board_->read_info();
+    status = board_->status();
   } catch (const std::exception& error) {
     reopen_trouble_ = error.what();
     return false;
   }
+  if (info.tick_hz != info_.tick_hz) clock_ = ClockModel(info.tick_hz, options_.clock);
   constexpr int kFirstQueries = 8;  // the clock is known before the first report
   for (int i = 0; i < kFirstQueries; ++i) {
     if (!ask_time()) return false;
   }
+  // Only now that all has been answered: who is told of a reset twice, or not at all, would start it wrongly.
+  const bool first = info_.tick_hz == 0, was_reset = !first && info.epoch != info_.epoch;
+  info_ = info;
+  status_ = status;
+  stream_.opened(info.epoch, status.next_report_no);
+  if (was_reset) ++resets_;
+  transition_ = LinkBack{was_reset};
+  next_status_ = HostClock::now() + options_.status_period;
   reopen_trouble_.clear();
   return true;
 }
@@ -103,10 +106,7 @@ void BoardLink::try_reopen() noexcept {
     reopen_trouble_ = error.what();
     return;
   }
-  if (!take_up()) {
-    board_.reset();
-    transition_.reset();
-  }
+  if (!take_up()) board_.reset();
 }
 
 void BoardLink::lose_board() noexcept {

@@ -52,8 +52,8 @@ void flash(PicobootPort& port, const FlashImage& image, const FlashProgress& pro
   }
   std::vector<std::uint8_t> bytes = image.bytes;
   bytes.resize(rounded_up(bytes.size(), Picoboot::kSectorBytes), 0xff);
-  const auto in_chunks = [&](FlashStep step, auto&& work) {
-    for (std::size_t at = 0; at < bytes.size(); at += kChunk) {
+  const auto in_chunks = [&](FlashStep step, std::size_t from, auto&& work) {
+    for (std::size_t at = from; at < bytes.size(); at += kChunk) {
       if (progress) progress(step, static_cast<double>(at) / static_cast<double>(bytes.size()));
       work(image.address + static_cast<std::uint32_t>(at),
            std::span<const std::uint8_t>(bytes).subspan(at, std::min(kChunk, bytes.size() - at)));
@@ -64,16 +64,24 @@ void flash(PicobootPort& port, const FlashImage& image, const FlashProgress& pro
   Picoboot chip(port);
   chip.take_exclusively();
   chip.exit_xip();
-  in_chunks(FlashStep::Erase, [&](std::uint32_t address, std::span<const std::uint8_t> part) {
-    chip.erase(address, static_cast<std::uint32_t>(part.size()));
-  });
-  in_chunks(FlashStep::Write,
-            [&](std::uint32_t address, std::span<const std::uint8_t> part) { chip.write(address, part); });
-  std::array<std::uint8_t, kChunk> read;
-  in_chunks(FlashStep::Verify, [&](std::uint32_t address, std::span<const std::uint8_t> part) {
+  const auto write = [&](std::uint32_t address, std::span<const std::uint8_t> part) {
+    chip.write(address, part);
+  };
+  const auto verify = [&](std::uint32_t address, std::span<const std::uint8_t> part) {
+    std::array<std::uint8_t, kChunk> read;
     chip.read(address, std::span(read).first(part.size()));
     compare(address, part, read);
+  };
+  in_chunks(FlashStep::Erase, 0, [&](std::uint32_t address, std::span<const std::uint8_t> part) {
+    chip.erase(address, static_cast<std::uint32_t>(part.size()));
   });
+  // The first sector, without which the ROM starts nothing, comes last: whenever the power goes, the chip is
+  // either wholly flashed or back in its bootloader.
+  in_chunks(FlashStep::Write, Picoboot::kSectorBytes, write);
+  in_chunks(FlashStep::Verify, Picoboot::kSectorBytes, verify);
+  const auto first = std::span<const std::uint8_t>(bytes).first(Picoboot::kSectorBytes);
+  write(image.address, first);
+  verify(image.address, first);
   constexpr std::chrono::milliseconds kUntilItsAnswerIsOut{500};
   if (progress) progress(FlashStep::Reboot, 0.0);
   chip.reboot(kUntilItsAnswerIsOut);

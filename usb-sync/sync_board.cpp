@@ -47,11 +47,15 @@ FoundBoard chosen(const std::vector<FoundBoard>& boards, std::string_view serial
   const std::string both = "the sync board speaks protocol " + std::to_string(major) +
                            ", this program speaks " + std::to_string(GLINT_SYNC_PROTOCOL_MAJOR) + ": ";
   if (major < GLINT_SYNC_PROTOCOL_MAJOR) {
-    throw Error(both + "flash the firmware that came with this program (glint sync flash FILE.uf2)");
+    throw Error(
+        both +
+        "plug it in with its BOOTSEL button held, and flash the firmware that came with this program (glint "
+        "sync flash FILE.uf2)");
   }
-  throw Error(both +
-              "use a newer glint, or flash the firmware that came with this one "
-              "(glint sync flash FILE.uf2)");
+  throw Error(
+      both +
+      "use a newer glint, or plug it in with its BOOTSEL button held, and flash the firmware that came with "
+      "this one (glint sync flash FILE.uf2)");
 }
 
 glint_sync_command command_report(std::uint8_t code, std::uint32_t argument) noexcept {

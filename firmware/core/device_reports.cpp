@@ -8,8 +8,10 @@ namespace glint::board {
 bool SyncDevice::set_report(const uint8_t* bytes, uint32_t size, uint64_t now, Request& request) {
   last_word_ = now;
   request = Request::None;
-  refusal_ = set(bytes, size, now, request);
-  return !refusal_;
+  const Refusal refusal = set(bytes, size, now, request);
+  // A program that only fetches must not hide from another one why it was refused.
+  if (refusal || bytes[0] != GLINT_SYNC_FETCH) refusal_ = refusal;
+  return !refusal;
 }
 
 Refusal SyncDevice::set(const uint8_t* bytes, uint32_t size, uint64_t now, Request& request) {
@@ -64,7 +66,7 @@ Refusal SyncDevice::set_limits(const glint_sync_limits& wanted) {
 Refusal SyncDevice::command(const glint_sync_command& command, uint64_t now, Request& request) {
   switch (command.command) {
     case GLINT_SYNC_COMMAND_STOP:
-      if (running()) stop_planning(GLINT_SYNC_STOP_COMMAND);
+      if (running()) stop_planning(GLINT_SYNC_STOP_COMMAND, now);
       return {};
     case GLINT_SYNC_COMMAND_START:
       return start(staged_, now);
@@ -172,10 +174,10 @@ glint_sync_status SyncDevice::status(uint64_t now) const {
   status.run = run_;
   status.supply_mv = supply_.average_mv();
   status.now_tick = now;
-  status.sequence = begun_;
-  status.applied_sequence = applied_sequence_;
+  status.sequence = record_.begun;
+  status.applied_sequence = record_.applied_sequence;
   status.unsent = log_.unsent();
-  status.ignored_edges = ignored_edges_;
+  status.ignored_edges = record_.ignored_edges;
   status.fault = fault_;
   status.refusal = refusal_.reason;
   status.refusal_output = refusal_.output;
@@ -183,7 +185,7 @@ glint_sync_status SyncDevice::status(uint64_t now) const {
   status.refusal_limit = refusal_.limit;
   status.held_strobes = planner_.held_strobes();
   status.lockouts = lockouts_;
-  status.stop_reason = stop_reason_;
+  status.stop_reason = record_.stop_reason;
   return status;
 }
 

@@ -33,8 +33,8 @@ class PulseHardware {
   /// External: the gate is sync in from now on, until the next edge. False: sync in is active; try again
   /// later. `missed`: there was an edge since the last call that nobody waited for.
   virtual bool arm(bool& missed) = 0;
-  /// External: closes the gate again. An edge that came before is still told.
-  virtual void disarm() = 0;
+  /// External: closes the gate again. True: an edge had come before, which is still told.
+  virtual bool disarm() = 0;
   /// All outputs idle at once, gate closed.
   virtual void halt() = 0;
   /// Keeps strobes idle at the pins, whatever their segments say, until called with false.

@@ -36,7 +36,7 @@ uint64_t SyncDevice::next_due() const {
   const auto sooner = [&due](uint64_t tick) {
     if (tick < due) due = tick;
   };
-  if (begun_ < planned_ && !active_.external()) sooner(waiting_[begun_ % 4].tick);
+  if (record_.begun < planned_ && !active_.external()) sooner(waiting_[record_.begun % 4].tick);
   if (planning_) sooner(active_.external() ? arm_at_ : frame_.tick - kPlanLead);
   if (active_.run.keepalive_ms != 0)
     sooner(last_word_ + uint64_t{active_.run.keepalive_ms} * (kTickHz / 1000));
@@ -47,8 +47,8 @@ void SyncDevice::on_timer(uint64_t now) {
   if (!running()) return;
   if (!active_.external()) {
     if (planning_ && now >= frame_.tick - kPlanLead) plan_next(now);
-    while (running() && begun_ < planned_ && now >= waiting_[begun_ % 4].tick)
-      log_trigger(waiting_[begun_ % 4]);
+    while (running() && record_.begun < planned_ && now >= waiting_[record_.begun % 4].tick)
+      log_trigger(waiting_[record_.begun % 4]);
   } else if (planning_ && now >= arm_at_) {
     arm(now);
   }
@@ -56,7 +56,7 @@ void SyncDevice::on_timer(uint64_t now) {
   const uint64_t silence = uint64_t{active_.run.keepalive_ms} * (kTickHz / 1000);
   if (silence != 0 && now >= last_word_ + silence) {
     last_word_ = now;  // so that this is not due again while the last pulses end
-    stop_planning(GLINT_SYNC_STOP_HOST_GONE);
+    stop_planning(GLINT_SYNC_STOP_HOST_GONE, now);
   }
   if (running() && now >= ends_at_) finish();
 }
@@ -76,8 +76,8 @@ Refusal SyncDevice::start(const Plan& plan, uint64_t now) {
 void SyncDevice::begin(const Plan& plan, uint64_t now, int measured) {
   active_ = plan;
   apply_pending_ = false;
-  stop_reason_ = GLINT_SYNC_STOP_COMMAND;
-  begun_ = planned_ = applied_sequence_ = ignored_edges_ = 0;
+  record_ = {};
+  planned_ = 0;
   ends_at_ = kNever;
   planning_ = true;
   armed_ = false;
@@ -101,7 +101,7 @@ void SyncDevice::begin(const Plan& plan, uint64_t now, int measured) {
   planner_.shift(frame_, hardware_.open_gate() - now);
   waiting_[0] = {frame_.tick, 0, frame_.outputs, frame_.flags};
   planned_ = 1;
-  if (active_.run.pulses == 1) stop_planning(GLINT_SYNC_STOP_BURST_END);
+  if (active_.run.pulses == 1) stop_planning(GLINT_SYNC_STOP_BURST_END, now);
 }
 
 void SyncDevice::plan_next(uint64_t now) {
@@ -116,20 +116,21 @@ void SyncDevice::plan_next(uint64_t now) {
   feed(frame_);
   waiting_[planned_ % 4] = {frame_.tick, planned_, frame_.outputs, frame_.flags};
   ++planned_;
-  if (active_.run.pulses != 0 && planned_ >= active_.run.pulses) stop_planning(GLINT_SYNC_STOP_BURST_END);
+  if (active_.run.pulses != 0 && planned_ >= active_.run.pulses)
+    stop_planning(GLINT_SYNC_STOP_BURST_END, now);
 }
 
 void SyncDevice::take_applied(uint64_t now) {
   if (!apply_pending_) return;
   active_ = applied_;
   apply_pending_ = false;
-  applied_sequence_ = planned_;
+  record_.applied_sequence = planned_;
   event(GLINT_SYNC_KIND_APPLIED, now, 0).sequence = planned_;
 }
 
 void SyncDevice::arm(uint64_t now) {
   if (now - last_sample_ > kSamplesOverdue) return fail(GLINT_SYNC_FAULT_SUPPLY);
-  if (planned_ == begun_) {
+  if (planned_ == record_.begun) {
     hardware_.disarm();  // what is fed must not begin before all of it is
     take_applied(now);
     // The gate must not open before: a frame begins with its edge, wherever it was planned.
@@ -144,7 +145,7 @@ void SyncDevice::arm(uint64_t now) {
   }
   bool missed = false;
   armed_ = hardware_.arm(missed);
-  if (missed) ++ignored_edges_;
+  if (missed) ++record_.ignored_edges;
   arm_at_ = armed_ ? kNever : now + kArmRetry;
 }
 
@@ -154,9 +155,10 @@ void SyncDevice::on_edge(uint64_t edge) {
   if (edge > frame_.tick) planner_.shift(frame_, edge - frame_.tick);
   log_trigger(
       {edge, planned_ - 1, frame_.outputs, static_cast<uint8_t>(frame_.flags | GLINT_SYNC_TRIGGER_EXTERNAL)});
+  if (!planning_) ends_at_ = planner_.last_end() + kEndMargin;  // stopped meanwhile
   if (!planning_) return;
-  if (active_.run.pulses != 0 && begun_ >= active_.run.pulses)
-    return stop_planning(GLINT_SYNC_STOP_BURST_END);
+  if (active_.run.pulses != 0 && record_.begun >= active_.run.pulses)
+    return stop_planning(GLINT_SYNC_STOP_BURST_END, edge);
   arm_at_ = planner_.earliest_frame(active_, edge + active_.run.period_ticks, planned_);
 }
 
@@ -169,13 +171,13 @@ void SyncDevice::feed(const Frame& frame) {
 }
 
 void SyncDevice::log_trigger(Planned fired) {
-  ++begun_;
+  ++record_.begun;
   if (state_ == GLINT_SYNC_TESTING) return;
   if (locked_) {
     fired.outputs &= static_cast<uint8_t>(~kStrobeMask);
     fired.flags |= GLINT_SYNC_TRIGGER_LOCKED;
   }
-  if (active_.run.pulses != 0 && begun_ >= active_.run.pulses) fired.flags |= GLINT_SYNC_TRIGGER_LAST;
+  if (active_.run.pulses != 0 && record_.begun >= active_.run.pulses) fired.flags |= GLINT_SYNC_TRIGGER_LAST;
   const uint64_t step = fired.tick - last_logged_;
   glint_sync_input* report = step <= 0xffffffff ? log_.open_triggers(run_) : nullptr;
   if (report == nullptr) {
@@ -192,15 +194,20 @@ void SyncDevice::log_trigger(Planned fired) {
   last_logged_ = fired.tick;
 }
 
-/// What is planned still happens.
-void SyncDevice::stop_planning(uint8_t reason) {
+/// What is planned still happens; a gate that nothing has gone through is closed.
+void SyncDevice::stop_planning(uint8_t reason, uint64_t now) {
   if (!planning_) return;
   planning_ = false;
-  stop_reason_ = reason;
-  if (armed_) hardware_.disarm();
-  // An edge that came just before the gate closed is worked off, too.
-  const uint32_t longest = active_.external() ? active_.run.period_ticks : 0;
-  ends_at_ = planner_.last_end() + longest + kEndMargin;
+  record_.stop_reason = reason;
+  const bool nothing_comes = !armed_ || !hardware_.disarm();
+  if (nothing_comes) armed_ = false;
+  if (!nothing_comes) {
+    ends_at_ = now + active_.run.period_ticks;  // on_edge() knows better
+  } else if (active_.external() && planned_ != record_.begun) {
+    ends_at_ = now;
+  } else {
+    ends_at_ = planner_.last_end() + kEndMargin;
+  }
 }
 
 void SyncDevice::finish() {
@@ -208,8 +215,10 @@ void SyncDevice::finish() {
   if (state_ == GLINT_SYNC_TESTING) {
     collect_self_test();
     self_test_.state = GLINT_SYNC_SELFTEST_DONE;
+    record_ = record_before_test_;
   } else {
-    event(GLINT_SYNC_KIND_STOPPED, ends_at_, stop_reason_ | uint32_t{fault_} << 8).sequence = begun_;
+    event(GLINT_SYNC_KIND_STOPPED, ends_at_, record_.stop_reason | uint32_t{fault_} << 8).sequence =
+        record_.begun;
   }
   state_ = GLINT_SYNC_IDLE;
   planning_ = armed_ = apply_pending_ = false;
@@ -217,7 +226,7 @@ void SyncDevice::finish() {
 
 void SyncDevice::fail(uint8_t fault) {
   fault_ = fault;
-  stop_reason_ = GLINT_SYNC_STOP_FAULT;
+  record_.stop_reason = GLINT_SYNC_STOP_FAULT;
   ends_at_ = frame_.tick;
   finish();
 }
@@ -229,7 +238,7 @@ void SyncDevice::on_supply(uint16_t mv, uint64_t now) {
     locked_ = true;
     ++lockouts_;
     hardware_.hold_strobes(true);
-    event(GLINT_SYNC_KIND_LOCKED, now, mv).sequence = begun_;
+    event(GLINT_SYNC_KIND_LOCKED, now, mv).sequence = record_.begun;
   } else if (locked_ && supply_.low_enough() && now > planner_.last_strobe_end()) {
     // Strobes planned before the lockout are over, so that none is cut short.
     locked_ = false;
@@ -241,7 +250,7 @@ void SyncDevice::on_supply(uint16_t mv, uint64_t now) {
 void SyncDevice::on_bus_lost(uint64_t now) {
   if (running() && active_.run.keepalive_ms != 0) {
     last_word_ = now;
-    stop_planning(GLINT_SYNC_STOP_HOST_GONE);
+    stop_planning(GLINT_SYNC_STOP_HOST_GONE, now);
   }
 }
 
@@ -266,6 +275,7 @@ Refusal SyncDevice::start_self_test(uint32_t output, uint64_t now) {
   self_test_.width_ticks = kWidth;
   self_test_.period_ticks = kPeriod;
   self_test_width_ = 0;
+  record_before_test_ = record_;
   begin(plan, now, static_cast<int>(output));
   return {};
 }

@@ -51,6 +51,13 @@ class SyncDevice {
   bool locked() const { return locked_; }
 
  private:
+  /// Of the last run, which self-tests leave as it is.
+  struct Record {
+    uint32_t begun = 0;             // frames that have begun
+    uint32_t applied_sequence = 0;  // first frame of the active plan
+    uint32_t ignored_edges = 0;
+    uint8_t stop_reason = GLINT_SYNC_STOP_COMMAND;
+  };
   struct Planned {
     uint64_t tick;
     uint32_t sequence;
@@ -70,7 +77,7 @@ class SyncDevice {
   void feed(const Frame& frame);
   void arm(uint64_t now);
   void log_trigger(Planned fired);
-  void stop_planning(uint8_t reason);
+  void stop_planning(uint8_t reason, uint64_t now);
   void finish();
   void fail(uint8_t fault);
   void collect_self_test();
@@ -93,20 +100,17 @@ class SyncDevice {
   bool apply_pending_ = false;
   uint8_t state_ = GLINT_SYNC_IDLE;
   uint8_t fault_ = GLINT_SYNC_FAULT_NONE;
-  uint8_t stop_reason_ = GLINT_SYNC_STOP_COMMAND;
   Refusal refusal_;
   uint16_t run_ = 0;
-  uint32_t begun_ = 0;             // frames of this run that have begun
-  uint32_t planned_ = 0;           // frames of this run planned
-  uint32_t applied_sequence_ = 0;  // first frame of the active plan
-  bool planning_ = false;          // further frames are to come
-  bool armed_ = false;             // external: the gate is open
-  uint64_t arm_at_ = kNever;       // external: when the gate may open again
-  Frame frame_{};                  // the newest planned
-  Planned waiting_[4]{};           // planned, not begun: a ring by sequence
-  uint64_t last_logged_ = 0;       // tick of the newest trigger reported
-  uint64_t ends_at_ = kNever;      // when the last pulse of a run that stops is over
-  uint32_t ignored_edges_ = 0;
+  Record record_, record_before_test_;
+  uint32_t planned_ = 0;       // frames of this run planned
+  bool planning_ = false;      // further frames are to come
+  bool armed_ = false;         // external: the gate is open
+  uint64_t arm_at_ = kNever;   // external: when the gate may open again
+  Frame frame_{};              // the newest planned
+  Planned waiting_[4]{};       // planned, not begun: a ring by sequence
+  uint64_t last_logged_ = 0;   // tick of the newest trigger reported
+  uint64_t ends_at_ = kNever;  // when the last pulse of a run that stops is over
 
   bool locked_ = false;
   uint16_t lockouts_ = 0;

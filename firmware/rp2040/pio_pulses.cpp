@@ -162,11 +162,22 @@ bool PioPulses::arm(bool& missed) {
   return true;
 }
 
-void PioPulses::disarm() { io::override_in(kPinSyncIn, io::Override::Low); }
+bool PioPulses::disarm() {
+  const uint32_t edges = io::edge_low(kPinSyncIn) | io::edge_high(kPinSyncIn);
+  const bool taken = (io::interrupt_enable(kPinSyncIn).read() & edges) == 0;
+  // First the interrupt, so that it does not change the gate in between.
+  io::interrupt_enable(kPinSyncIn).clear(edges);
+  io::override_in(kPinSyncIn, io::Override::Low);
+  // The machines know whether they went through before it closed.
+  if (taken || kPio[0].address(0).read() <= pulse_program::kWaitLine) return taken;
+  io::interrupt_enable(kPinSyncIn)
+      .set(setup_.falling_edge ? io::edge_low(kPinSyncIn) : io::edge_high(kPinSyncIn));
+  return true;
+}
 
 uint64_t PioPulses::take_edge() {
   const uint32_t fine = fine_tick();
-  disarm();
+  io::override_in(kPinSyncIn, io::Override::Low);
   io::interrupt_enable(kPinSyncIn).clear(io::edge_low(kPinSyncIn) | io::edge_high(kPinSyncIn));
   io::raised(kPinSyncIn).write(io::edge_low(kPinSyncIn) | io::edge_high(kPinSyncIn));
   return full_tick(fine) - kEdgeTicks;

@@ -21,7 +21,7 @@ class PioPulses final : public board::PulseHardware {
   bool ran_dry() const override;
   uint64_t open_gate() override;
   bool arm(bool& missed) override;
-  void disarm() override;
+  bool disarm() override;
   void halt() override;
   void hold_strobes(bool hold) override;
   bool take_measured(uint32_t& low, uint32_t& width) override;

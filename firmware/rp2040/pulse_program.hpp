@@ -19,7 +19,7 @@ inline constexpr uint16_t kSetPinsHigh = 0xe001, kSetPinsLow = 0xe000, kSetPinsO
 
 /// A segment: `low` ticks low, then `width` ticks high unless width is 0. Waits low for its words, so that a
 /// dead processor leaves all outputs low, and for the gate. The set pin (sync out) follows the output.
-inline constexpr unsigned kPulseLength = 10;
+inline constexpr unsigned kPulseLength = 10, kWaitLine = 2;
 constexpr uint16_t pulse(unsigned line, unsigned gate_pin) {
   switch (line) {
     case 0:

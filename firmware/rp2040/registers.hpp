@@ -133,6 +133,7 @@ class Pio {
   constexpr Register clock_divider(unsigned sm) const { return Register{base_ + 0xc8 + 0x18 * sm}; }
   constexpr Register execute_control(unsigned sm) const { return Register{base_ + 0xcc + 0x18 * sm}; }
   constexpr Register shift_control(unsigned sm) const { return Register{base_ + 0xd0 + 0x18 * sm}; }
+  constexpr Register address(unsigned sm) const { return Register{base_ + 0xd4 + 0x18 * sm}; }
   constexpr Register execute(unsigned sm) const { return Register{base_ + 0xd8 + 0x18 * sm}; }
   constexpr Register pin_control(unsigned sm) const { return Register{base_ + 0xdc + 0x18 * sm}; }
 

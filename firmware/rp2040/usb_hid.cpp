@@ -86,6 +86,8 @@ board::Request UsbHid::take_request() {
 
 void UsbHid::on_interrupt(uint64_t arrived) {
   const uint32_t raised = usb::kInterrupts.read();
+  // What is left of the transfer before must not answer this one.
+  if ((raised & usb::kSetupInterrupt) != 0) usb::kEp0InBuffer.write(0);
   // Buffers first: the status of one transfer may stand beside the SETUP of the next.
   if ((raised & usb::kBufferInterrupt) != 0) on_buffers(arrived);
   if ((raised & usb::kSetupInterrupt) != 0) {
@@ -198,6 +200,7 @@ bool UsbHid::handle_hid(const Setup& setup, uint64_t arrived) {
       // taken.
       if (kind != kFeatureReport || setup.length == 0 || setup.length > kPacket) return false;
       expected_ = setup.length;
+      expected_id_ = id;
       give(usb::kEp0OutBuffer, usb::kLast | usb::kData1 | kPacket);
       return true;
     case kSetIdle:
@@ -285,11 +288,15 @@ void UsbHid::on_buffers(uint64_t now) {
     }
     if (more_) send_packet();
   }
-  if ((done & kEp0Out) != 0 && expected_ != 0) {
+  if ((done & kEp0Out) != 0 && expected_ == 0) {
+    // The host has what it wanted, even if its acknowledgement was lost.
+    usb::kEp0InBuffer.write(0);
+    more_ = false;
+  } else if ((done & kEp0Out) != 0) {
     const uint32_t size = usb::kEp0OutBuffer.read() & usb::kLengthMask;
     alignas(8) uint8_t report[kPacket];
     from_controller(report, usb::kEp0Data, size);
-    const bool whole = size == expected_;
+    const bool whole = size == expected_ && report[0] == expected_id_;
     expected_ = 0;
     if (device_.set_report(report, whole ? size : 0, now, request_))
       arm_in(0);

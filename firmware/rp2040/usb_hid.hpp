@@ -51,6 +51,7 @@ class UsbHid {
   bool zero_ended_ = false;  // shorter than asked: a full last packet is followed by an empty one
   uint32_t ep0_data1_ = 0;   // of the next packet
   uint32_t expected_ = 0;    // bytes of the report that the host is sending; 0: none
+  uint8_t expected_id_ = 0;  // of that report
   int new_address_ = -1;
   uint8_t configuration_ = 0;
   uint8_t idle_rate_ = 0;

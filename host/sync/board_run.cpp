@@ -75,9 +75,8 @@ void BoardRun::start_board() {
 }
 
 void BoardRun::wait_until_idle(sync::SyncBoard& board) {
-  // Frames that are planned end first: two at most, and their pulses.
-  const auto longest = std::chrono::duration_cast<std::chrono::milliseconds>(4.0 * options_.plan.period) + 1s;
-  const auto until = std::chrono::steady_clock::now() + longest;
+  // Frames that are planned end first, two at most; a period is 10 s at most.
+  const auto until = std::chrono::steady_clock::now() + 35s;
   while (board.status().state != sync::RunState::Idle) {
     if (std::chrono::steady_clock::now() > until)
       throw sync::Error("the sync board " + info_.serial + " does not end the run before: glint sync stop");
@@ -107,6 +106,7 @@ void BoardRun::listen(const std::stop_token& stop) noexcept {
     } else if (const auto* const back = std::get_if<sync::LinkBack>(&update)) {
       on_back(back->was_reset);
     }
+    if (restart_) restart();
   }
 }
 
@@ -140,6 +140,8 @@ void BoardRun::on_event(const sync::TimedEvent& timed) noexcept {
         break;
       case sync::Event::Kind::Stopped:
         if (run_ && timed.run != *run_) break;
+        // The bus was reset, or this computer was too busy to be heard of: neither is a reason to stay dark.
+        restart_ = !options_.follow && timed.event.stop_reason() == GLINT_SYNC_STOP_HOST_GONE;
         say("the sync board has stopped: " + (timed.event.stop_reason() == GLINT_SYNC_STOP_FAULT
                                                   ? sync::fault_text(timed.event.fault())
                                                   : sync::stop_text(timed.event.stop_reason())));
@@ -152,15 +154,25 @@ void BoardRun::on_event(const sync::TimedEvent& timed) noexcept {
 }
 
 void BoardRun::on_back(bool was_reset) noexcept {
-  if (!was_reset) return say("the sync board is back");
+  if (!was_reset) {
+    restart_ = !options_.follow && link_.last_status().state == sync::RunState::Idle;
+    return say("the sync board is back");
+  }
   resets_.fetch_add(1, std::memory_order_relaxed);
-  counting_ = false;
   if (options_.follow) return say("the sync board is back, after a reset: nobody has started it yet");
+  say("the sync board is back, after a reset");
+  restart_ = true;
+}
+
+void BoardRun::restart() noexcept {
+  if (link_.board() == nullptr) return;  // once it is back
+  restart_ = false;
   try {
     start_board();
-    say("the sync board is back, after a reset, and started again");
+    counting_ = false;
+    say("the sync board is started again");
   } catch (const std::exception& error) {
-    say(std::string("the sync board is back, after a reset, but cannot be started: ") + error.what());
+    say(std::string("the sync board cannot be started again: ") + error.what());
   }
 }
 

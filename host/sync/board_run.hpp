@@ -36,8 +36,8 @@ struct BoardCounters {
   double worst_error_s = 0.0;  ///< of FiredPulse::error_s, after the first second
 };
 
-/// Owns the link and the thread that serves it. A board that was reset is started again by itself; the count
-/// of its pulses begins anew then.
+/// Owns the link and the thread that serves it. A board that was reset, or that gave its host up, is started
+/// again; the count of its pulses begins anew then.
 class BoardRun final : public PulseSource {
  public:
   /// Opens the board. Throws sync::Error.
@@ -63,6 +63,7 @@ class BoardRun final : public PulseSource {
   void on_trigger(const sync::TimedTrigger& timed) noexcept;
   void on_event(const sync::TimedEvent& timed) noexcept;
   void on_back(bool was_reset) noexcept;
+  void restart() noexcept;
   void say(const std::string& text) const noexcept;
 
   BoardRunOptions options_;
@@ -73,6 +74,7 @@ class BoardRun final : public PulseSource {
   std::optional<std::uint16_t> run_;  // whose triggers count; none: of any
   std::uint64_t expected_ = 0;        // next sequence
   bool counting_ = false;             // expected_ is known
+  bool restart_ = false;              // as soon as the board is there
   Ring<FiredPulse> ring_;
   std::atomic<std::uint64_t> pulses_{0}, not_told_{0}, not_taken_{0}, gone_{0}, resets_{0}, lockouts_{0};
   std::atomic<double> worst_error_s_{0.0};

@@ -2,10 +2,11 @@
 // What leaves the pins, to the cycle of 8 ns, while a host does its worst.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { OUTPUT_PINS, STROBE_PINS, SYNC_IN, SYNC_OUT, SyncBoard, TICKS_PER_US, periods, tally, widths } from "./sync_board.js";
+import { OUTPUT_PINS, STROBES_LOW, STROBE_PINS, SYNC_IN, SYNC_OUT, SyncBoard, TICKS_PER_US, adc_mv_of, periods, tally,
+  widths } from "./sync_board.js";
 import { C } from "./wire.js";
 
-const SECONDS = Number(process.env.GLINT_BOARD_SECONDS ?? 2);
+const SECONDS = Number(process.env.GLINT_BOARD_SECONDS ?? 10);
 const us = (n) => n * TICKS_PER_US;
 
 /** Delays and widths in ticks, all different, that fit the rate. */
@@ -152,10 +153,22 @@ test("active-low triggers idle high from the start of a run on", () => {
 });
 
 test("the jumper makes strobes active low, and nothing else does", () => {
-  const board = new SyncBoard();
-  board.stage_output(4, { flags: C.OUTPUT_ENABLED | C.OUTPUT_ACTIVE_LOW, width_ticks: us(50) });
-  board.stage_run({ period_ticks: us(4000) });
-  assert.equal(board.refusal(() => board.command(C.COMMAND_START)), C.REFUSED_POLARITY);
+  for (const jumper of [false, true]) {
+    const board = new SyncBoard({ enumerates: true, grounded: jumper ? [STROBES_LOW] : [] });
+    board.stage_run({ period_ticks: us(4000), pulses: 5 });
+    for (const low of [false, true]) {
+      board.stage_output(4, { flags: C.OUTPUT_ENABLED | (low ? C.OUTPUT_ACTIVE_LOW : 0), width_ticks: us(50) });
+      const reason = board.refusal(() => board.command(C.COMMAND_START));
+      assert.equal(reason, low === jumper ? C.REFUSED_NOTHING : C.REFUSED_POLARITY);
+      if (low !== jumper) continue;
+      board.board.run_ms(40);
+      assert.equal(board.board.level(6), jumper ? 1 : 0);
+      assert.deepEqual(widths(board.pulses(6, 0, jumper ? 0 : 1)), { [us(50)]: 5 });
+    }
+    board.board.adc_mv(0, adc_mv_of(15000));
+    board.board.run_ms(5);
+    for (const pin of STROBE_PINS) assert.equal(board.board.level(pin), jumper ? 1 : 0, "held off when locked out");
+  }
 });
 
 test("the self-test finds the output that is wired to sync in, and measures it", () => {

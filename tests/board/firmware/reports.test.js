@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { SYNC_IN, SyncBoard, TICKS_PER_US, tally } from "./sync_board.js";
-import { C } from "./wire.js";
+import { C, encode } from "./wire.js";
 
 const us = (n) => n * TICKS_PER_US;
 
@@ -161,4 +161,72 @@ test("an external trigger: fixed latency, its tick measured, edges too soon igno
     assert.equal(flags, C.TRIGGER_EXTERNAL);
   });
   assert.ok(board.status().ignored_edges >= 99);
+});
+
+test("STOP while an edge is waited for: what comes later is neither a pulse nor a report", () => {
+  const board = new SyncBoard({ watch: [2] });
+  const { board: bench } = board;
+  board.stage_run({ period_ticks: us(5000), flags: C.RUN_EXTERNAL });
+  board.stage_output(0, { width_ticks: us(100) });
+  board.command(C.COMMAND_START);
+  for (let i = 0; i < 5; ++i) {
+    bench.run_ms(6);
+    bench.drive(SYNC_IN, 1);
+    bench.run_us(20);
+    bench.drive(SYNC_IN, 0);
+  }
+  bench.run_ms(900);
+  board.command(C.COMMAND_STOP);
+  bench.run_us(500);
+  bench.drive(SYNC_IN, 1);
+  bench.run_ms(10);
+  assert.equal(board.pulses(2).length, 5);
+  assert.equal(board.triggers().length, 5);
+  const [stopped] = board.events(C.KIND_STOPPED);
+  assert.equal(stopped.sequence, 5);
+  assert.ok(stopped.tick > board.triggers()[4].tick + us(900_000));
+  assert.equal(board.status().state, C.IDLE);
+});
+
+test("an edge at the very moment of STOP is a whole pulse and a report, or neither", () => {
+  for (let offset = -40; offset < 40; ++offset) {
+    const board = new SyncBoard({ watch: [2] });
+    const { board: bench } = board;
+    board.stage_run({ period_ticks: us(5000), flags: C.RUN_EXTERNAL });
+    board.stage_output(0, { width_ticks: us(100) });
+    board.command(C.COMMAND_START);
+    bench.run_ms(6);
+    bench.at_ns(bench.time_ns + 60_000 + 500 * offset, () => bench.drive(SYNC_IN, 1));
+    board.command(C.COMMAND_STOP);
+    bench.run_ms(10);
+    const pulses = board.pulses(2);
+    assert.equal(pulses.length, board.triggers().length, `${offset}`);
+    for (const { rise, fall } of pulses) assert.equal(fall - rise, us(100), `${offset}`);
+    assert.equal(board.status().state, C.IDLE);
+  }
+});
+
+test("lost acknowledgements of control transfers: no answer is the one before", () => {
+  const board = new SyncBoard();
+  start(board, 500);
+  let queries = 0, stale = 0;
+  for (let i = 0; i < 300; ++i) {
+    board.board.host.faults.lose_ack = 1;
+    const { queries: now } = board.get("time", C.TIME);
+    if (now <= queries) ++stale;
+    queries = now;
+    board.board.run_us(10 * (i % 7));
+    assert.equal(board.get("status", C.STATUS).report_id, C.STATUS);
+  }
+  assert.equal(stale, 0);
+});
+
+test("a report whose number is not that of the request is refused", () => {
+  const board = new SyncBoard();
+  start(board, 500);
+  const stop = encode("command", C.COMMAND, { command: C.COMMAND_STOP });
+  const { device } = board.board;
+  const setup = Uint8Array.from([0x21, 9, C.RUN, 3, device.interface_number, 0, stop.length, 0]);
+  assert.throws(() => board.board.finish(board.board.host.control(setup, stop)), { code: "STALL" });
+  assert.equal(board.status().state, C.RUNNING);
 });

@@ -4,7 +4,7 @@ import { Board } from "../sim/board.js";
 import { C, decode, encode } from "./wire.js";
 
 export const TICKS_PER_US = 125;
-export const TRIGGER_PINS = [2, 3, 4, 5], STROBE_PINS = [6, 7, 8, 9], SYNC_IN = 14, SYNC_OUT = 15;
+export const TRIGGER_PINS = [2, 3, 4, 5], STROBE_PINS = [6, 7, 8, 9], SYNC_IN = 14, SYNC_OUT = 15, STROBES_LOW = 10;
 export const OUTPUT_PINS = [...TRIGGER_PINS, ...STROBE_PINS];
 /** At the pin, behind the divider of 8. */
 export const adc_mv_of = (supply_mv) => supply_mv / 8;
@@ -12,10 +12,15 @@ export const adc_mv_of = (supply_mv) => supply_mv / 8;
 export const FIRMWARE = process.env.GLINT_FIRMWARE;
 
 export class SyncBoard {
-  /** options: those of Board.boot, and supply_mv. */
-  constructor({ supply_mv = 12000, watch = [...OUTPUT_PINS, SYNC_OUT], ...options } = {}) {
+  /** options: those of Board.boot, supply_mv, and pins that are wired to ground. */
+  constructor({ supply_mv = 12000, grounded = [], watch = [...OUTPUT_PINS, SYNC_OUT], ...options } = {}) {
     if (FIRMWARE === undefined) throw new Error("GLINT_FIRMWARE must name glint-sync.uf2");
     this.board = Board.boot(FIRMWARE, { watch, ...options });
+    if (grounded.length > 0) {
+      for (const pin of grounded) this.board.drive(pin, 0);
+      this.board.power_cycle();
+      this.board.run_until_ready();
+    }
     this.board.adc_mv(0, adc_mv_of(supply_mv));
     this.board.run_ms(30); // strobes may fire from 12 ms after the start on
   }

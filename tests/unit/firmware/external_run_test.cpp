@@ -84,10 +84,29 @@ TEST_F(ExternalRun, BurstsCountEdges) {
 TEST_F(ExternalRun, StopWhileWaitingEndsTheRun) {
   start();
   board.run_us(50'000);
+  board.take_reports();
   board.command(GLINT_SYNC_COMMAND_STOP);
-  board.run_us(20'000);
+  board.run_us(100);
   EXPECT_FALSE(board.device.running());
   EXPECT_FALSE(board.edge());
+  const auto reports = board.take_reports();
+  ASSERT_EQ(reports.size(), 1u);
+  EXPECT_EQ(reports[0].kind, GLINT_SYNC_KIND_STOPPED);
+  EXPECT_EQ(reports[0].sequence, 0u);
+  EXPECT_GE(reports[0].tick, board.now - ticks_of_us(200));
+}
+
+TEST_F(ExternalRun, StopAmidAFrameLetsItsPulsesEnd) {
+  start();
+  board.run_us(5000);
+  ASSERT_TRUE(board.edge());
+  board.run_us(800);
+  board.command(GLINT_SYNC_COMMAND_STOP);
+  board.run_us(5000);
+  EXPECT_FALSE(board.device.running());
+  ASSERT_EQ(board.hardware.pulses(0).size(), 1u);
+  EXPECT_EQ(board.hardware.pulses(0)[0].width(), ticks_of_us(1000));
+  EXPECT_EQ(board.status().sequence, 1u);
 }
 
 TEST_F(ExternalRun, NewSettingsHoldFromTheNextFrameThatIsArmed) {

@@ -149,6 +149,28 @@ TEST(Reports, TimeIsWhenTheRequestArrived) {
   }
 }
 
+TEST(Reports, FetchingDoesNotHideARefusal) {
+  TestBench board;
+  EXPECT_FALSE(board.start());
+  board.set(GLINT_SYNC_FETCH, glint_sync_fetch{});
+  EXPECT_EQ(board.status().refusal, GLINT_SYNC_REFUSED_NO_OUTPUT);
+  board.command(GLINT_SYNC_COMMAND_KEEP_ALIVE);
+  EXPECT_EQ(board.status().refusal, GLINT_SYNC_REFUSED_NOTHING);
+}
+
+TEST(Reports, ASelfTestIsNoRun) {
+  TestBench board;
+  board.stage_period_us(2000, 0, 7);
+  board.stage_output(0, 0, 100);
+  board.start();
+  board.run_us(50'000);
+  board.command(GLINT_SYNC_COMMAND_SELFTEST, 1);
+  board.run_us(500'000);
+  EXPECT_EQ(board.status().run, 1);
+  EXPECT_EQ(board.status().sequence, 7u);
+  EXPECT_EQ(board.status().stop_reason, GLINT_SYNC_STOP_BURST_END);
+}
+
 TEST(Reports, ResetAndBootloaderWantTheirNumber) {
   TestBench board;
   EXPECT_FALSE(board.command(GLINT_SYNC_COMMAND_RESET, 1));

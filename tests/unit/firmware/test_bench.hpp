@@ -30,7 +30,10 @@ class NotedPulses final : public PulseHardware {
   bool ran_dry() const override { return ran_dry_; }
   std::uint64_t open_gate() override;
   bool arm(bool& missed) override;
-  void disarm() override { armed_ = false; }
+  bool disarm() override {
+    armed_ = false;
+    return false;
+  }
   void halt() override;
   void hold_strobes(bool hold) override;
   bool take_measured(std::uint32_t& low, std::uint32_t& width) override;

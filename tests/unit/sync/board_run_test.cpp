@@ -134,6 +134,28 @@ TEST(BoardRun, ABoardThatWasResetIsStartedAgain) {
   expect_whole(pulses, 0.005);
 }
 
+TEST(BoardRun, ABoardThatGaveItsHostUpIsStartedAgain) {
+  sync::PluggedBoard board;
+  sync::PluggedBus bus({&board});
+  Said said;
+  BoardRunOptions options = options_for(said);
+  options.plan.keepalive = 2000ms;
+  BoardRun run(options, bus);
+  run.begin();
+  EXPECT_FALSE(take_for(run, 150ms).empty());
+  board.reset_bus();
+  std::vector<FiredPulse> pulses = take_for(run, 600ms);
+  EXPECT_EQ(run.counters().resets, 0u);
+  EXPECT_THAT(said.texts(), Contains(HasSubstr("its host was gone")));
+  EXPECT_THAT(said.texts(), Contains(HasSubstr("started again")));
+  std::size_t again = 0;
+  for (std::size_t i = 1; i < pulses.size(); ++i)
+    if (number(pulses[i].trigger) == 0) again = i;
+  pulses.erase(pulses.begin(), pulses.begin() + static_cast<std::ptrdiff_t>(again));
+  ASSERT_GT(pulses.size(), 10u);
+  expect_whole(pulses, 0.005);
+}
+
 TEST(BoardRun, LightsThatAreHeldOffAreTold) {
   sync::PluggedBoard board;
   sync::PluggedBus bus({&board});

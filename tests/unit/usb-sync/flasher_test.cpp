@@ -194,6 +194,23 @@ TEST(Flasher, UnpluggedAtAnyMomentItSaysSo) {
   }
 }
 
+TEST(Flasher, UnpluggedAtAnyMomentTheChipIsWholeOrStillInItsBootloader) {
+  const FlashImage image = firmware(5 * 4096);
+  BootRom whole;
+  whole.flash.assign(whole.flash.size(), 0xff);
+  flash(whole, image);
+  const std::size_t transfers = 1'000'000 - whole.gone_after;
+  for (std::size_t after = 0; after < transfers; ++after) {
+    BootRom rom;
+    rom.gone_after = after;
+    (void)error_of(rom, image);
+    // The ROM starts what begins with 256 bytes and their checksum, and looks no further.
+    const bool starts = std::equal(image.bytes.begin(), image.bytes.begin() + 256, rom.flash.begin());
+    const bool is_whole = std::equal(image.bytes.begin() + 4096, image.bytes.end(), rom.flash.begin() + 4096);
+    EXPECT_TRUE(!starts || is_whole) << after;
+  }
+}
+
 TEST(Flasher, WhatTheChipRefusesIsExplained) {
   BootRom rom;
   rom.flash.resize(64 * 1024);

@@ -83,17 +83,21 @@ void PluggedBoard::run_to_now() {
 }
 
 void PluggedBoard::edge_at_sync_in() {
+  const std::lock_guard lock(mutex_);
   run_to_now();
   if (pulses_->edge()) device_->on_edge(now_);
 }
 
 int PluggedBoard::read(std::span<std::uint8_t> into, std::chrono::milliseconds longest) {
   const auto deadline = std::chrono::steady_clock::now() + longest;
+  std::unique_lock lock(mutex_);
   while (true) {
     run_to_now();
     if (!queue_.empty()) break;
     if (std::chrono::steady_clock::now() >= deadline) return 0;
+    lock.unlock();
     std::this_thread::sleep_for(std::chrono::microseconds(200));
+    lock.lock();
   }
   const Bytes report = queue_.front();
   queue_.pop_front();
@@ -102,6 +106,7 @@ int PluggedBoard::read(std::span<std::uint8_t> into, std::chrono::milliseconds l
 }
 
 int PluggedBoard::get(std::span<std::uint8_t> report) {
+  const std::lock_guard lock(mutex_);
   run_to_now();
   if (report[0] == GLINT_SYNC_FETCH) ++fetches;
   if (report[0] == GLINT_SYNC_TIME) ++queries;
@@ -112,6 +117,7 @@ int PluggedBoard::get(std::span<std::uint8_t> report) {
 }
 
 bool PluggedBoard::set(std::span<const std::uint8_t> report) {
+  const std::lock_guard lock(mutex_);
   run_to_now();
   board::Request request = board::Request::None;
   const auto size = static_cast<std::uint32_t>(report.size());

@@ -4,10 +4,12 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,28 +27,44 @@ class PluggedBoard {
   explicit PluggedBoard(std::uint8_t serial = 8) : serial_{0xe6, 0x60, 0, 0, 0, 0, 0, serial} { boot(); }
 
   void unplug() noexcept {
+    const std::lock_guard lock(mutex_);
     ++plug_;
     present = false;
   }
   void plug() {
+    const std::lock_guard lock(mutex_);
     boot();
     present = true;
   }
   /// As the watchdog does: gone from the bus, and back with a new epoch.
   void reset() {
+    const std::lock_guard lock(mutex_);
     ++plug_;
     boot();
   }
   /// The cable loses contact for a moment; the board has other power and goes on.
   void reconnect() noexcept {
+    const std::lock_guard lock(mutex_);
     ++plug_;
     queue_.clear();
   }
+  /// The host resets the bus: a run that needs its host ends.
+  void reset_bus() {
+    const std::lock_guard lock(mutex_);
+    run_to_now();
+    device_->on_bus_lost(now_);
+  }
   /// Its counter begins anew, and the bus does not notice.
-  void reset_unnoticed() { boot(); }
+  void reset_unnoticed() {
+    const std::lock_guard lock(mutex_);
+    boot();
+  }
 
   /// As if it had come from the board by itself.
-  void inject(Bytes bytes) { queue_.push_back(std::move(bytes)); }
+  void inject(Bytes bytes) {
+    const std::lock_guard lock(mutex_);
+    queue_.push_back(std::move(bytes));
+  }
   /// Rises and falls again, at once.
   void edge_at_sync_in();
 
@@ -55,11 +73,11 @@ class PluggedBoard {
   std::uint32_t epoch() const noexcept { return epoch_; }
   std::size_t queued() const noexcept { return queue_.size(); }
 
-  bool present = true;
+  std::atomic<bool> present = true;
   bool permitted = true;
   bool strobes_active_low = false;
   std::uint8_t protocol = GLINT_SYNC_PROTOCOL_MAJOR;  ///< what it says that it speaks
-  std::uint16_t supply_mv = 12'000;
+  std::atomic<std::uint16_t> supply_mv = 12'000;
   std::size_t lose_next = 0;  ///< so many reports do not reach the program
   bool forgets = false;       ///< FETCH gives nothing back
   std::size_t fetches = 0, queries = 0;
@@ -76,7 +94,8 @@ class PluggedBoard {
 
   std::array<std::uint8_t, 8> serial_;
   std::uint32_t epoch_ = 100;
-  std::uint64_t plug_ = 0;  // connections made before the last change are dead
+  std::recursive_mutex mutex_;  // a test may do to the board what it likes while a thread talks to it
+  std::atomic<std::uint64_t> plug_ = 0;  // connections made before the last change are dead
   std::chrono::steady_clock::time_point powered_;
   std::uint64_t now_ = 0, next_sample_ = 0;
   std::optional<board::NotedPulses> pulses_;
