@@ -14,8 +14,9 @@ case "${1:-}" in
   --no-asan) with_asan=0 ;;
   *) sed -n '3,8s/^# \{0,1\}//p' "$0"; exit 2 ;;
 esac
-# Half of the half hour that CI gives on two cores: a sanitizer run that starts later would not end in time.
-asan_latest_start_s=$((15 * 60))
+# CI gives half an hour on two cores, and the sanitizers take a good fifteen minutes of it: a run of them that starts
+# later than this would not end in time.
+asan_latest_start_s=$((12 * 60))
 jobs=$(nproc)
 
 if [ -z "${GLINT_TEST_DATA+set}" ] && [ -d ../shared/data ]; then

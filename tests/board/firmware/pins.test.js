@@ -78,7 +78,7 @@ test("a tick reported is the tick of the edge: no constant error is left", () =>
   const from = bench.cycle;
   board.stage_run({ period_ticks: us(5000), flags: C.RUN_EXTERNAL });
   board.command(C.COMMAND_START);
-  for (let i = 0; i < 20; ++i) {
+  for (let i = 0; i < 200; ++i) {
     bench.run_ns(6e6 + 8 * 37 * i);
     bench.drive(SYNC_IN, 1);
     bench.run_us(20);
@@ -86,7 +86,9 @@ test("a tick reported is the tick of the edge: no constant error is left", () =>
   }
   bench.run_ms(6);
   const external = difference(count, board.pulses(OUTPUT_PINS[0], from));
-  for (const offset of Object.keys(external)) assert.ok(Math.abs(offset - Object.keys(internal)[0]) <= 2, offset);
+  // An instruction that is under way ends before an interrupt begins.
+  for (const offset of Object.keys(external))
+    assert.ok(Math.abs(offset - Object.keys(internal)[0]) <= 12, `${offset}: ${JSON.stringify(external)}`);
 });
 
 test("from 90 to 250 Hz and back while running: no wrong pulse, no trigger lost", () => {
