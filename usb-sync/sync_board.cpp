@@ -150,9 +150,21 @@ BoardPlan SyncBoard::apply(const BoardPlan& plan) {
 
 void SyncBoard::stop() { command(GLINT_SYNC_COMMAND_STOP, 0, "stop"); }
 
-void SyncBoard::clear_fault() { command(GLINT_SYNC_COMMAND_CLEAR, 0, "clear the fault"); }
+Status SyncBoard::end_run() {
+  constexpr std::chrono::milliseconds kLook{5};
+  constexpr std::chrono::seconds kLongest{35};
+  stop();
+  const HostTime deadline = HostClock::now() + kLongest;
+  while (true) {
+    const Status now = status();
+    if (now.state == RunState::Idle) return now;
+    if (HostClock::now() > deadline)
+      throw Error("the run on the sync board " + info_.serial + " does not end: glint sync reset");
+    std::this_thread::sleep_for(kLook);
+  }
+}
 
-void SyncBoard::keep_alive() { command(GLINT_SYNC_COMMAND_KEEP_ALIVE, 0, "go on"); }
+void SyncBoard::clear_fault() { command(GLINT_SYNC_COMMAND_CLEAR, 0, "clear the fault"); }
 
 SelfTestResult SyncBoard::self_test(std::size_t output) {
   constexpr std::chrono::milliseconds kLook{20};

@@ -74,9 +74,11 @@ class SyncBoard {
   BoardPlan apply(const BoardPlan& plan);
   /// After the frame that is under way.
   void stop();
+  /// As stop(), and waits until the last pulses are over: three of the longest periods, 35 s, at most.
+  /// Returns the status then. Throws Error if it takes longer.
+  Status end_run();
   /// The fault that stands.
   void clear_fault();
-  void keep_alive();
 
   /// Sends pulses from an output that is wired to sync in, and waits until they are measured. Not while
   /// running. Throws Error if that takes longer than two seconds.

@@ -88,7 +88,7 @@ void FramePlanner::shift(Frame& last, uint64_t ticks) {
   last_strobe_end_ += ticks;
 }
 
-bool FramePlanner::may_rise(unsigned output, const Segment& segment) {
+bool FramePlanner::may_rise(unsigned output, const Segment& segment) const {
   return segment.begin_tick >= free_from_[output] && segment.width <= limits_.max_width;
 }
 

@@ -48,7 +48,7 @@ class FramePlanner {
   uint32_t held_strobes() const { return held_strobes_; }
 
  private:
-  bool may_rise(unsigned output, const Segment& segment);
+  bool may_rise(unsigned output, const Segment& segment) const;
 
   StrobeLimits limits_;
   uint64_t ends_[GLINT_SYNC_OUTPUTS]{};

@@ -155,8 +155,10 @@ void SyncDevice::on_edge(uint64_t edge) {
   if (edge > frame_.tick) planner_.shift(frame_, edge - frame_.tick);
   log_trigger(
       {edge, planned_ - 1, frame_.outputs, static_cast<uint8_t>(frame_.flags | GLINT_SYNC_TRIGGER_EXTERNAL)});
-  if (!planning_) ends_at_ = planner_.last_end() + kEndMargin;  // stopped meanwhile
-  if (!planning_) return;
+  if (!planning_) {  // stopped meanwhile
+    ends_at_ = planner_.last_end() + kEndMargin;
+    return;
+  }
   if (active_.run.pulses != 0 && record_.begun >= active_.run.pulses)
     return stop_planning(GLINT_SYNC_STOP_BURST_END, edge);
   arm_at_ = planner_.earliest_frame(active_, edge + active_.run.period_ticks, planned_);
@@ -199,10 +201,9 @@ void SyncDevice::stop_planning(uint8_t reason, uint64_t now) {
   if (!planning_) return;
   planning_ = false;
   record_.stop_reason = reason;
-  const bool nothing_comes = !armed_ || !hardware_.disarm();
-  if (nothing_comes) armed_ = false;
-  if (!nothing_comes) {
-    ends_at_ = now + active_.run.period_ticks;  // on_edge() knows better
+  armed_ = armed_ && hardware_.disarm();
+  if (armed_) {
+    ends_at_ = now + active_.run.period_ticks;  // an edge is on its way: on_edge() knows better
   } else if (active_.external() && planned_ != record_.begun) {
     ends_at_ = now;
   } else {

@@ -48,7 +48,6 @@ class SyncDevice {
   const glint_sync_input* take_report() { return log_.take(); }
 
   bool running() const { return state_ != GLINT_SYNC_IDLE; }
-  bool locked() const { return locked_; }
 
  private:
   /// Of the last run, which self-tests leave as it is.

@@ -99,7 +99,7 @@ constexpr uint32_t edge_high(unsigned pin) { return bit(pin % 8 * 4 + 3); }
 enum class Function : uint32_t { Sio = 5, Pio0 = 6, Pio1 = 7, None = 31 };
 /// What reaches the pad, or the peripherals, instead of what drives it.
 enum class Override : uint32_t { Normal = 0, Invert = 1, Low = 2, High = 3 };
-inline constexpr uint32_t kOutShift = 8, kInShift = 16, kIrqShift = 28;
+inline constexpr uint32_t kOutShift = 8, kInShift = 16;
 inline constexpr uint32_t kFromPad = bit(17);  // in status: the level before any override
 inline void override_out(unsigned pin, Override how) {
   control(pin).write_field(3u << kOutShift, static_cast<uint32_t>(how) << kOutShift);
@@ -165,13 +165,13 @@ inline constexpr uint32_t kEndpointEnable = bit(31), kEndpointPerBuffer = bit(29
 
 namespace ssi {
 inline constexpr Register kControl0{0x18000000}, kEnable{0x18000008}, kSlave{0x18000010}, kBaud{0x18000014},
-    kTransmitLevel{0x18000020}, kReceiveLevel{0x18000024}, kData{0x18000060};
+    kReceiveLevel{0x18000024}, kData{0x18000060};
 }
 inline constexpr Register kFlashSelectControl{0x4001800c};
 
 namespace cortex {
 inline constexpr Register kSysTickControl{0xe000e010}, kSysTickReload{0xe000e014}, kSysTickValue{0xe000e018},
-    kInterruptSet{0xe000e100}, kPend{0xe000e200}, kUnpend{0xe000e280};
+    kInterruptSet{0xe000e100}, kPend{0xe000e200};
 constexpr Register priority(unsigned irq) { return Register{0xe000e400 + irq / 4 * 4}; }
 }  // namespace cortex
 

@@ -19,8 +19,7 @@ sync::BoardPlan board_plan(const Rig& rig) {
   plan.sync_out = settings.sync_out;
   if (settings.code_seed != 0) {
     plan.code.seed = settings.code_seed;
-    plan.code.group = static_cast<int>(settings.code_group != 0 ? settings.code_group
-                                                                : PulseCode::recommended_group(rig.rate_hz));
+    plan.code.group = static_cast<int>(PulseCode::group_for(settings.code_group, rig.rate_hz));
   }
   for (std::size_t i = 0; i < sync::kOutputs; ++i) {
     sync::OutputPlan& output = plan.outputs[i];
@@ -56,9 +55,8 @@ std::unique_ptr<BoardRun> open_board(const Rig& rig, std::vector<std::string>& n
   } catch (const sync::NoBoard&) {
     if (wanted != "auto") throw;
     notes.emplace_back(
-        "no sync board is plugged in: frames are paired by their time stamps alone (sync.board = \"none\" in "
-        "the "
-        "rig file says that there is none)");
+        "no sync board is plugged in: frames are paired by their time stamps alone "
+        "(sync.board = \"none\" in the rig file says that there is none)");
     return nullptr;
   }
 }

@@ -264,9 +264,8 @@ OpenedRun open_run(const RunArguments& a, bool rig_needed, RealTime* real_time) 
   options.detector.depth = run.rig.gpu.depth;
   options.pace = pace;
   if (run.rig.sync.code_seed != 0) {
-    const std::uint32_t group = run.rig.sync.code_group;
     options.code.emplace(run.rig.sync.code_seed,
-                         group != 0 ? group : PulseCode::recommended_group(run.rig.rate_hz));
+                         PulseCode::group_for(run.rig.sync.code_group, run.rig.rate_hz));
   }
   open_frames(run, a, options, real_time);
   return run;

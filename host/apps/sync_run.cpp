@@ -35,14 +35,6 @@ std::optional<sync::Status> status_when(sync::SyncBoard& board, sync::Seconds lo
   }
 }
 
-sync::Status wait_until_idle(sync::SyncBoard& board) {
-  constexpr sync::Seconds kLongest = 35s;  // the end of the last pulse: 1.5 of the longest periods, twice
-  const auto status =
-      status_when(board, kLongest, [](const sync::Status& now) { return now.state == sync::RunState::Idle; });
-  if (status) return *status;
-  throw Error("the run on the sync board does not end: glint sync reset");
-}
-
 /// When the first frame of that run was, or will be.
 std::optional<std::uint64_t> first_tick(sync::SyncBoard& board, const sync::Status& status) {
   const sync::HostTime deadline = sync::HostClock::now() + 500ms;
@@ -106,8 +98,7 @@ RunOutcome run(sync::SyncBoard& board, const sync::BoardPlan& staged) {
   } catch (const sync::Refused& refused) {
     if (!needs_another_run(refused)) throw;
   }
-  board.stop();
-  wait_until_idle(board);
+  board.end_run();
   try {
     RunOutcome outcome = start(board, staged);
     outcome.kind = RunOutcome::Kind::Restarted;
@@ -166,8 +157,7 @@ StopOutcome stop_run(sync::SyncBoard& board) {
   StopOutcome outcome;
   outcome.state = board.status().state;
   outcome.was_running = outcome.state != sync::RunState::Idle;
-  board.stop();
-  outcome.status = wait_until_idle(board);
+  outcome.status = board.end_run();
   return outcome;
 }
 

@@ -46,6 +46,10 @@ class PulseCode {
     return pulse % group_ == offset_[pulse / group_ % kGroups];
   }
 
+  /// `group`, or where that is 0 the recommended one.
+  static constexpr std::uint32_t group_for(std::uint32_t group, double rate_hz) noexcept {
+    return group != 0 ? group : recommended_group(rate_hz);
+  }
   /// Such that less than half a second passes from one dark pulse to the next: a camera that slips has two
   /// within a second. 30 (3.3 % dark) at 90 Hz, 82 (1.2 %) at 250 Hz. Below 53 Hz, kLeastGroup takes longer.
   static constexpr std::uint32_t recommended_group(double rate_hz) noexcept {

@@ -80,8 +80,7 @@ Scene::Scene(const SimOptions& options) : options_(options) {
   }
   calibration_ = sim_calibration(options);
   if (options.code_seed != 0) {
-    code_.emplace(options.code_seed, options.code_group != 0 ? options.code_group
-                                                             : PulseCode::recommended_group(options.rate_hz));
+    code_.emplace(options.code_seed, PulseCode::group_for(options.code_group, options.rate_hz));
   }
   flights_ = sim::throw_markers(options, volume_);
   for (std::uint32_t c = 0; c < options.cameras; ++c) {

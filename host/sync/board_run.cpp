@@ -65,23 +65,10 @@ void BoardRun::start_board() {
   if (board == nullptr)
     throw sync::BoardGone("the sync board " + info_.serial + " is gone: plug it in again");
   const sync::Status before = board->status();
-  if (before.state != sync::RunState::Idle) {
-    board->stop();
-    wait_until_idle(*board);
-  }
+  if (before.state != sync::RunState::Idle) board->end_run();
   if (before.fault != 0) board->clear_fault();
   options_.plan = board->start(options_.plan);
   run_ = static_cast<std::uint16_t>(board->status().run);
-}
-
-void BoardRun::wait_until_idle(sync::SyncBoard& board) {
-  // Frames that are planned end first, two at most; a period is 10 s at most.
-  const auto until = std::chrono::steady_clock::now() + 35s;
-  while (board.status().state != sync::RunState::Idle) {
-    if (std::chrono::steady_clock::now() > until)
-      throw sync::Error("the sync board " + info_.serial + " does not end the run before: glint sync stop");
-    std::this_thread::sleep_for(2ms);
-  }
 }
 
 void BoardRun::stop_board() noexcept {
@@ -93,7 +80,6 @@ void BoardRun::stop_board() noexcept {
 }
 
 void BoardRun::listen(const std::stop_token& stop) noexcept {
-  if (options_.on_thread) options_.on_thread();
   while (!stop.stop_requested()) {
     const sync::LinkUpdate update = link_.next(kListen);
     if (const auto* const trigger = std::get_if<sync::TimedTrigger>(&update)) {
@@ -120,8 +106,7 @@ void BoardRun::on_trigger(const sync::TimedTrigger& timed) noexcept {
   pulse.trigger = TriggerNo{timed.sequence};
   pulse.exposed = timed.begin.time + std::chrono::duration_cast<std::chrono::nanoseconds>(light_delay_);
   pulse.error_s = timed.begin.half_width.count();
-  const bool dark = (timed.trigger.flags & GLINT_SYNC_TRIGGER_DARK) != 0;
-  pulse.lights_on = strobes_ == 0 || (!dark && (timed.trigger.outputs & strobes_) != 0);
+  pulse.lights_on = strobes_ == 0 || (!timed.trigger.dark() && (timed.trigger.outputs & strobes_) != 0);
   const std::uint64_t before = pulses_.fetch_add(1, std::memory_order_relaxed);
   if (before >= kPulsesToSettle && pulse.error_s > worst_error_s_.load(std::memory_order_relaxed))
     worst_error_s_.store(pulse.error_s, std::memory_order_relaxed);

@@ -22,7 +22,6 @@ struct BoardRunOptions {
   bool follow = false;  ///< somebody else starts and stops the board
   sync::LinkOptions link;
   std::function<void(const std::string&)> on_event;  ///< one line of text; from the board's thread
-  std::function<void()> on_thread;                   ///< called first by that thread; must not throw
 };
 
 /// What a run had of its board.
@@ -51,14 +50,11 @@ class BoardRun final : public PulseSource {
   [[nodiscard]] bool take(FiredPulse& pulse) noexcept override { return ring_.pop(pulse); }
 
   const sync::Info& info() const noexcept { return info_; }
-  /// The plan on the board's grid of ticks. Before the first begin(): as it was asked for.
-  const sync::BoardPlan& plan() const noexcept { return options_.plan; }
   BoardCounters counters() const noexcept;
 
  private:
   void start_board();
   void stop_board() noexcept;
-  void wait_until_idle(sync::SyncBoard& board);
   void listen(const std::stop_token& stop) noexcept;
   void on_trigger(const sync::TimedTrigger& timed) noexcept;
   void on_event(const sync::TimedEvent& timed) noexcept;

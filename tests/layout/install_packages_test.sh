@@ -9,11 +9,12 @@ trap 'rm -rf "$box"' EXIT
 bin=$box/bin
 mkdir "$bin"
 for tool in sh awk tr cat dirname env mktemp rm; do ln -s "$(command -v $tool)" "$bin/$tool"; done
-# Installed is what the file lists.
+# Installed is what the file lists, a package on each line and after it what it provides, as dpkg-query prints it.
 cat >"$bin/dpkg-query" <<EOF
 #!/bin/sh
-for last; do :; done
-if /bin/grep -qx -- "\$last" $box/installed; then printf installed; else exit 1; fi
+[ "\$*" = '-W -f \${db:Status-Status} \${Package} \${Provides}\\n' ] || { echo "asked: \$*"; exit 1; }
+while read -r line; do echo "installed \$line"; done <$box/installed
+echo "config-files cmake "
 EOF
 cat >"$bin/apt-get" <<EOF
 #!/bin/sh
@@ -51,6 +52,13 @@ expect 'one is missing' 0 'Installing: cmake' run build
 called 'update'
 called 'install -y --no-install-recommends cmake'
 
+echo "$all" | sed 's/^cmake$/kitware-cmake libfoo (= 1), cmake (= 3.30), cmake-data/' >"$box/installed"
+expect 'another package provides it' 0 '' run build
+[ ! -s "$box/calls" ] || { echo "FAILED: apt-get was called for what another package provides"; bad=1; }
+echo "$all" | sed 's/^cmake$/my-cmake cmake-extras, libcmake (= 1)/' >"$box/installed"
+expect 'nearly its name' 0 'Installing: cmake' run build
+
+echo "$all" | grep -vx cmake >"$box/installed"
 echo 100 >"$box/apt_result"
 expect 'apt-get fails' 1 'apt-get failed' build
 echo 0 >"$box/apt_result"

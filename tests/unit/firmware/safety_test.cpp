@@ -26,7 +26,7 @@ TEST(Lockout, ComesWithTheSecondSampleAndLeavesTheTriggersAlone) {
   board.supply_mv = 14'200;
   const std::uint64_t crossing = board.now;
   board.run_us(50'000);
-  EXPECT_TRUE(board.device.locked());
+  EXPECT_TRUE(board.locked());
   const auto reports = board.take_reports();
   std::uint64_t locked_at = 0;
   for (const glint_sync_input& report : reports)
@@ -46,13 +46,13 @@ TEST(Lockout, EndsBelowTheLowerLimitOnly) {
   board.run_us(50'000);
   board.supply_mv = 14'001;
   board.run_us(50'000);
-  EXPECT_TRUE(board.device.locked());
+  EXPECT_TRUE(board.locked());
   board.supply_mv = 13'800;
   board.run_us(200'000);
-  EXPECT_TRUE(board.device.locked());
+  EXPECT_TRUE(board.locked());
   board.supply_mv = 13'799;
   board.run_us(100'000);
-  EXPECT_FALSE(board.device.locked());
+  EXPECT_FALSE(board.locked());
   EXPECT_EQ(board.status().lockouts, 1);
   const std::size_t before = board.hardware.pulses(4).size();
   board.run_us(20'000);
@@ -66,7 +66,7 @@ TEST(Lockout, OneDisturbedSampleIsNone) {
     board.device.on_supply(16'000, board.now);
     board.device.on_supply(12'000, board.now);
   }
-  EXPECT_FALSE(board.device.locked());
+  EXPECT_FALSE(board.locked());
 }
 
 TEST(Lockout, ALowRateMakesNoHalfPulseWhenItEnds) {

@@ -94,6 +94,7 @@ class TestBench {
     return report;
   }
   glint_sync_status status() { return get<glint_sync_status>(GLINT_SYNC_STATUS); }
+  bool locked() { return (status().flags & GLINT_SYNC_FLAG_LOCKED) != 0; }
   bool command(std::uint8_t code, std::uint32_t argument = 0);
   bool start() { return command(GLINT_SYNC_COMMAND_START); }
   bool edge();
