@@ -48,7 +48,7 @@ build() {
 }
 
 say "packages"
-host/install_packages run build test board
+host/install_packages run build target test board
 build dev all
 run_tests dev steps -LE 'system|device' -j "$jobs"
 # Tests of whole runs are paced by a clock: nothing else may run beside them.

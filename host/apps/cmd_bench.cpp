@@ -18,7 +18,7 @@
 #include "host/bench/report_json.hpp"
 #include "host/bench/report_markdown.hpp"
 #include "host/bench/suite.hpp"
-#include "host/config/text_file.hpp"
+#include "host/files/text_file.hpp"
 
 namespace glint::apps {
 namespace {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 // glint import calibration FILE... --output FILE: other tools' calibrations to glint's file.
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
-#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "host/apps/commands.hpp"
+#include "host/apps/utc_time.hpp"
 #include "host/base/error.hpp"
 #include "host/config/import_calibration.hpp"
 #include "host/config/rig.hpp"
@@ -73,15 +72,6 @@ ImportOptions options_of(const Arguments& arguments) {
   take_names(arguments.names, options);
   take_size(arguments.size, options);
   return options;
-}
-
-std::string utc_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm parts{};
-  ::gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
 }
 
 /// Camera distances are what a person can check with a tape: a wrong unit or a pose read the wrong way round

@@ -8,13 +8,14 @@
 
 #include "host/apps/alignment_text.hpp"
 #include "host/apps/commands.hpp"
+#include "host/apps/health_text.hpp"
 #include "host/apps/real_time_arguments.hpp"
 #include "host/apps/run_arguments.hpp"
 #include "host/apps/run_summary.hpp"
 #include "host/apps/status_line.hpp"
 #include "host/apps/stop_signal.hpp"
 #include "host/base/error.hpp"
-#include "host/config/text_file.hpp"
+#include "host/files/text_file.hpp"
 #include "host/output/report.hpp"
 #include "host/output/report_recorder.hpp"
 #include "host/output/track_sink.hpp"
@@ -47,6 +48,7 @@ class TrackOutput {
     row.unproven = tick.unproven;
     row.dark = tick.dark;
     for (const AlignmentEvent& event : tick.events) print_event(event_text(event, cameras_));
+    for (const HealthEvent& event : tick.health) print_event(event_text(event, cameras_));
     if (sink_->write(row) != SinkStatus::Ok && sink_problem_.empty()) {
       sink_problem_ = sink_->problem();
       std::fprintf(stderr, "glint: output: %s; the run ends\n", sink_problem_.c_str());
@@ -153,7 +155,13 @@ void run(const TrackArguments& a) {
   if (!a.report.empty()) report_file.emplace(a.report, true);
   std::optional<RealTime> real_time = make_real_time(a.real_time, a.run);
   OpenedRun opened = open_run(a.run, true, real_time ? &*real_time : nullptr);
+  if (opened.rig.calibration.cameras.size() == 1 && !opened.rig.match.plane_height_m) {
+    throw Error(
+        "one camera alone measures no depth: say at which height the markers are, match.plane_height_m in "
+        "the rig file or --plane-height");
+  }
   RunSummary summary;
+  summary.plane_height_m = opened.rig.match.plane_height_m;
   for (const SourceCamera& camera : opened.input->cameras()) summary.cameras.push_back(camera.name);
   std::optional<TrackOutput> output(std::in_place, spec, opened.scene.get(), summary.cameras, a.quiet);
 
@@ -185,6 +193,7 @@ void run(const TrackArguments& a) {
   output->fill(summary);
   if (real_time) summary.real_time = real_time->state();
   summary.counters = pipeline.counters();
+  summary.health = pipeline.health();
   summary.input = pipeline.input().counters();
   if (const Ledger* const ledger = pipeline.input().ledger()) summary.ledger = *ledger;
   if (const CodeReport* const code = pipeline.input().code()) summary.code = *code;

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   glint::apps::add_track(app);
   glint::apps::add_detect(app);
+  glint::apps::add_calibrate(app);
   glint::apps::add_devices(app);
   glint::apps::add_doctor(app);
   glint::apps::add_sync(app);

@@ -64,6 +64,7 @@ Rig make_rig(const RunArguments& a, const Scene* scene) {
   if (a.min_area_px) rig.detect.min_area_px = *a.min_area_px;
   if (a.max_area_px) rig.detect.max_area_px = *a.max_area_px;
   if (a.rate_hz) rig.rate_hz = *a.rate_hz;
+  if (a.plane_height_m) rig.match.plane_height_m = *a.plane_height_m;
   if (a.background == "none") rig.detect.background_frames = 0;
   if (all_digits(a.background))
     rig.detect.background_frames = static_cast<unsigned>(std::stoul(a.background));
@@ -217,6 +218,8 @@ void add_run_options(CLI::App& command, RunArguments& a, const std::string& sour
   command.add_option("--max-area", a.max_area_px, "largest blob, pixels");
   command.add_option("--background", a.background,
                      "number of frames to learn from, a picture or a folder with one per camera, or none");
+  command.add_option("--plane-height", a.plane_height_m,
+                     "one camera: height of the markers' centres in the world, m");
   command.add_option("--pace", a.pace, "recorded, rate or fast (recordings: fast; sim: rate)");
   command.add_option("--rate", a.rate_hz, "frame sets per second")->check(CLI::Range(0.001, 10000.0));
   command.add_option("--seconds", a.seconds, "end after so long (at the nominal rate)")

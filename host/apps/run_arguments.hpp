@@ -24,7 +24,7 @@ struct RunArguments {
   std::string rig_file, device, pace, background;
   std::optional<unsigned> depth, threshold;
   std::optional<std::uint32_t> min_area_px, max_area_px;
-  std::optional<double> rate_hz, seconds;
+  std::optional<double> rate_hz, seconds, plane_height_m;
   std::uint64_t max_ticks = 0;
   LiveArguments live;
   SimArguments sim;

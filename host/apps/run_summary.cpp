@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/apps/alignment_text.hpp"
+#include "host/apps/health_text.hpp"
 
 namespace glint::apps {
 namespace {
@@ -163,6 +164,9 @@ std::vector<ReportRow> summary_rows(const RunSummary& s) {
   }
   add("points", text("%llu", number_of(s.counters.points)),
       text("%.2f a tick, %llu identities", static_cast<double>(s.counters.points) / ticks, number_of(s.ids)));
+  if (s.plane_height_m)
+    add("plane of the markers", text("z = %g m", *s.plane_height_m),
+        "one camera: x and y are measured, z is given");
   add("blobs", text("%.1f a tick", static_cast<double>(s.counters.match.blobs) / ticks),
       text("unmatched %.2f a tick", static_cast<double>(s.counters.match.unmatched_blobs) / ticks));
   if (s.input.overflows > 0)
@@ -179,6 +183,7 @@ std::vector<ReportRow> summary_rows(const RunSummary& s) {
     const CameraLedger& camera = s.ledger->cameras[i];
     add("camera " + s.cameras.at(i), ledger_text(camera, s.ledger->pulses), refused_text(camera));
   }
+  for (ReportRow& row : health_rows(s.health, s.cameras)) rows.push_back(std::move(row));
   if (s.code) {
     for (ReportRow& row : alignment_rows(*s.code, s.cameras)) rows.push_back(std::move(row));
   }
@@ -246,6 +251,8 @@ std::string summary_json(const RunSummary& s) {
   }
   if (s.real_time) j["real_time"] = real_time_json(*s.real_time);
   if (s.ledger) j["ledger"] = ledger_json(s);
+  if (s.plane_height_m) j["plane_height_m"] = *s.plane_height_m;
+  j["health"] = health_json(s.health, s.cameras);
   if (s.code) j["alignment"] = alignment_json(*s.code, s.cameras);
   if (s.board) {
     const BoardCounters& b = *s.board;

@@ -8,6 +8,7 @@
 
 #include "host/assemble/code_alignment.hpp"
 #include "host/assemble/ledger.hpp"
+#include "host/health/camera_health.hpp"
 #include "host/output/report.hpp"
 #include "host/output/report_recorder.hpp"
 #include "host/pipeline/track_pipeline.hpp"
@@ -26,7 +27,9 @@ struct RunSummary {
   std::optional<CodeReport> code;      ///< only with coded pulses
   std::optional<BoardCounters> board;  ///< only with a sync board
   std::string board_serial;
-  std::vector<std::string> cameras;  ///< their names
+  HealthReport health;
+  std::optional<double> plane_height_m;  ///< only of one camera
+  std::vector<std::string> cameras;      ///< their names
   std::uint64_t ids = 0;
   LatencyHistogram detection, end_to_end;
   LatencyHistogram stamp_to_output, time_error;  ///< only of live cameras

@@ -36,6 +36,11 @@ void add_sim_options(CLI::App& command, SimArguments& arguments) {
   add("--code-group", o.code_group, "pulses for each dark one; 0: as recommended for the rate");
   add("--code-first", o.code_first, "number that the sync board gives to the first pulse");
   command
+      .add_option("--wave", arguments.wave_m,
+                  "M,M,..., places on a wand that is waved through the volume, instead of flying markers")
+      ->delimiter(',')
+      ->group(group);
+  command
       .add_option("--slip", arguments.slip,
                   "CAMERA:TICK:PULSES, a camera that shows earlier exposures from then on")
       ->group(group);
@@ -43,11 +48,22 @@ void add_sim_options(CLI::App& command, SimArguments& arguments) {
       .add_option("--bump", arguments.bump,
                   "CAMERA:TICK:DEGREES, turn a camera that the calibration does not know of")
       ->group(group);
+  command
+      .add_option("--swap", arguments.swap, "CAMERA:OTHER:TICK, two cameras that change places from then on")
+      ->group(group);
+  command
+      .add_option("--delay", arguments.delay,
+                  "CAMERA:TICK:MS, a camera that exposes so much later from then on")
+      ->group(group);
 }
 
 SimOptions checked_sim_options(const SimArguments& arguments) {
   SimOptions options = arguments.options;
   std::vector<std::string> problems;
+  if (!arguments.wave_m.empty()) {
+    options.wand_m = arguments.wave_m;
+    options.markers = static_cast<std::uint32_t>(options.wand_m.size());
+  }
   if (!arguments.bump.empty()) {
     unsigned camera = 0;
     unsigned long long tick = 0;
@@ -69,6 +85,27 @@ SimOptions checked_sim_options(const SimArguments& arguments) {
       throw UsageError("--slip " + arguments.slip + ": must be CAMERA:TICK:PULSES, like 2:450:3");
     }
     options.faults.slip = SimSlip{camera - 1, tick, pulses};
+  }
+  if (!arguments.swap.empty()) {
+    unsigned camera = 0, other = 0;
+    unsigned long long tick = 0;
+    char rest = 0;
+    if (std::sscanf(arguments.swap.c_str(), "%u:%u:%llu%c", &camera, &other, &tick, &rest) != 3 ||
+        camera == 0 || other == 0) {
+      throw UsageError("--swap " + arguments.swap + ": must be CAMERA:OTHER:TICK, like 2:3:450");
+    }
+    options.faults.swap = SimSwap{camera - 1, other - 1, tick};
+  }
+  if (!arguments.delay.empty()) {
+    unsigned camera = 0;
+    unsigned long long tick = 0;
+    double milliseconds = 0.0;
+    char rest = 0;
+    if (std::sscanf(arguments.delay.c_str(), "%u:%llu:%lf%c", &camera, &tick, &milliseconds, &rest) != 3 ||
+        camera == 0) {
+      throw UsageError("--delay " + arguments.delay + ": must be CAMERA:TICK:MS, like 2:450:8");
+    }
+    options.faults.delay = SimDelay{camera - 1, tick, milliseconds * 1e-3};
   }
   options.check(problems);
   if (problems.empty()) return options;

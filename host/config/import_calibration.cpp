@@ -14,7 +14,7 @@
 #include "host/config/raw_calibration.hpp"
 #include "host/config/read_calibration.hpp"
 #include "host/config/rig.hpp"
-#include "host/config/text_file.hpp"
+#include "host/files/text_file.hpp"
 
 namespace glint {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "host/config/number_text.hpp"
 #include "host/config/rig.hpp"
-#include "host/config/text_file.hpp"
+#include "host/files/text_file.hpp"
 
 namespace glint {
 namespace {
@@ -72,6 +72,10 @@ CameraCalibration read_camera(const toml::table& table, std::size_t number, File
   section.number("cx_px", camera.cx_px, Need::Required);
   section.number("cy_px", camera.cy_px, Need::Required);
   section.numbers("k1_k2_p1_p2_k3", camera.k1_k2_p1_p2_k3, Need::Required);
+  if (section.numbers("intrinsics_sd", camera.intrinsics_sd, Need::Optional) &&
+      *std::min_element(camera.intrinsics_sd.begin(), camera.intrinsics_sd.end()) < 0.0) {
+    section.problem("intrinsics_sd", "must not be negative (all 0: unknown)");
+  }
   camera.world_from_camera = read_pose(section, prefix, problems);
   if (section.number("rms_px", camera.rms_px, Need::Optional) && camera.rms_px < 0.0) {
     section.problem("rms_px", "must not be negative (0: unknown)");

@@ -13,8 +13,8 @@
 #include "host/config/read_capture.hpp"
 #include "host/config/read_sync.hpp"
 #include "host/config/rig.hpp"
-#include "host/config/text_file.hpp"
 #include "host/config/toml_section.hpp"
+#include "host/files/text_file.hpp"
 
 namespace glint {
 namespace {
@@ -108,9 +108,17 @@ Rig read_rig_tables(TomlSection& top, const std::filesystem::path& path, FilePro
     section.number("gate_px", rig.match.gate_px, Need::Optional);
     section.number("min_range_m", rig.match.min_range_m, Need::Optional);
     section.number("max_range_m", rig.match.max_range_m, Need::Optional);
+    double plane_height_m = 0.0;
+    if (section.number("plane_height_m", plane_height_m, Need::Optional))
+      rig.match.plane_height_m = plane_height_m;
     const std::size_t cameras = rig.calibration.cameras.size();
+    if (rig.match.plane_height_m && cameras > 1) {
+      section.problem("plane_height_m", "is for a rig of one camera, and the calibration has " +
+                                            std::to_string(cameras) +
+                                            ": leave it out, several cameras measure heights themselves");
+    }
     if (section.whole("min_cameras", rig.match.min_cameras, 0, kAnyCount, Need::Optional) && cameras > 0 &&
-        rig.match.min_cameras > cameras) {
+        rig.match.min_cameras > cameras && !rig.match.plane_height_m) {
       section.problem("min_cameras",
                       "is more than the " + std::to_string(cameras) + " cameras of the calibration");
     }

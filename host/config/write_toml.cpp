@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Calibration and rig files: structs to TOML.
+#include <algorithm>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -9,8 +10,8 @@
 #include "host/config/number_text.hpp"
 #include "host/config/read_calibration.hpp"
 #include "host/config/rig.hpp"
-#include "host/config/text_file.hpp"
 #include "host/config/toml_section.hpp"
+#include "host/files/text_file.hpp"
 
 namespace glint {
 namespace {
@@ -46,6 +47,9 @@ std::string camera_text(const CameraCalibration& camera) {
   text += "cx_px = " + exact_text(camera.cx_px) + "\n";
   text += "cy_px = " + exact_text(camera.cy_px) + "\n";
   text += "k1_k2_p1_p2_k3 = " + numbers_text(camera.k1_k2_p1_p2_k3) + "\n";
+  if (std::any_of(camera.intrinsics_sd.begin(), camera.intrinsics_sd.end(),
+                  [](double sd) { return sd != 0.0; }))
+    text += "intrinsics_sd = " + numbers_text(camera.intrinsics_sd) + "\n";
   text += "world_from_camera = " + pose_text(camera.world_from_camera) + "\n";
   text += "rms_px = " + exact_text(camera.rms_px) + "\n";
   return text;
@@ -125,7 +129,8 @@ std::string to_toml(const Calibration& calibration) {
       "y_m,\n"
       "# z_m is where the camera stands; the quaternion has length 1.\n"
       "# k1_k2_p1_p2_k3: radial-tangential distortion as in OpenCV. rms_px: reprojection error, 0 if "
-      "unknown.\n";
+      "unknown.\n"
+      "# intrinsics_sd: standard deviations of fx fy cx cy k1 k2 p1 p2 k3, where they are known.\n";
   text += "format = 1\nkind = \"calibration\"\n";
   text += "made_at = " + quoted(calibration.made_at) + "\n";
   text += "made_from = " + quoted(calibration.made_from) + "\n";
@@ -160,6 +165,8 @@ std::string to_toml(const Rig& rig) {
   text += "min_cameras = " + std::to_string(rig.match.min_cameras) + "\n";
   text += "min_range_m = " + exact_text(rig.match.min_range_m) + "\n";
   text += "max_range_m = " + exact_text(rig.match.max_range_m) + "\n";
+  if (rig.match.plane_height_m)
+    text += "plane_height_m = " + exact_text(*rig.match.plane_height_m) + "  # of the markers; one camera\n";
   text += "\n[track]\n";
   text += "acceleration_sd_m_s2 = " + exact_text(rig.track.acceleration_sd_m_s2) + "\n";
   text += "max_speed_m_s = " + exact_text(rig.track.max_speed_m_s) + "\n";

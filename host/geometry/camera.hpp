@@ -22,6 +22,8 @@ struct CameraCalibration {
   std::uint32_t width_px = 0, height_px = 0;
   double fx_px = 1.0, fy_px = 1.0, cx_px = 0.0, cy_px = 0.0;
   std::array<double, 5> k1_k2_p1_p2_k3{};  ///< OpenCV's order
+  std::array<double, 9>
+      intrinsics_sd{};  ///< standard deviations of fx fy cx cy k1 k2 p1 p2 k3; all 0: unknown
   Pose world_from_camera;
   double rms_px = 0.0;  ///< reprojection error of the calibration; 0: unknown
 };

@@ -2,6 +2,8 @@
 // Which settings of the matcher make sense.
 #include "host/match/matcher.hpp"
 
+#include <cmath>
+
 namespace glint {
 
 void MatchOptions::check(std::vector<std::string>& problems) const {
@@ -11,6 +13,8 @@ void MatchOptions::check(std::vector<std::string>& problems) const {
   if (min_cameras < 2 || min_cameras > kMatchCameras)
     problems.emplace_back("match.min_cameras must be 2 to 32");
   if (!(marker_radius_m >= 0.0)) problems.emplace_back("match.marker_radius_m must be >= 0 (0: unknown)");
+  if (plane_height_m && !(std::abs(*plane_height_m) <= 100.0))
+    problems.emplace_back("match.plane_height_m must be -100 to 100");
   if (!(min_range_m > 0.0)) problems.emplace_back("match.min_range_m must be > 0");
   if (!(max_range_m > min_range_m)) problems.emplace_back("match.max_range_m must be > match.min_range_m");
 }

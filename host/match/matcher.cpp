@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "host/base/check.hpp"
 #include "host/base/error.hpp"
+#include "host/geometry/floor_point.hpp"
 #include "host/match/blob_table.hpp"
 #include "host/match/hypotheses.hpp"
 #include "host/match/limits.hpp"
@@ -26,6 +28,29 @@ constexpr std::size_t kVagueBlobs = 6;
 constexpr std::size_t kMaxHypotheses = std::size_t{1} << 19;
 constexpr std::size_t kAmbiguousPerBlob = 8, kAmbiguousBase = 4096;
 
+void check_plane(const Calibration& calibration, double height_m) {
+  if (calibration.cameras.size() != 1) {
+    throw Error("match.plane_height_m is for a rig of one camera, and this one has " +
+                std::to_string(calibration.cameras.size()) +
+                ": leave it out, several cameras measure heights themselves");
+  }
+  const CameraCalibration& camera = calibration.cameras.front();
+  char plane[32];
+  std::snprintf(plane, sizeof plane, "z = %g m", height_m);
+  switch (sight_of_plane(Camera(camera), height_m)) {
+    case PlaneSight::Seen:
+      return;
+    case PlaneSight::Behind:
+      throw Error(
+          "camera " + camera.name + " does not look at the plane " + plane +
+          " anywhere in its image: check match.plane_height_m and where the calibration says it stands");
+    case PlaneSight::EdgeOn:
+      throw Error("camera " + camera.name + " sees the plane " + plane +
+                  " only edge-on, at less than 5 degrees: it must look down on the markers; check "
+                  "match.plane_height_m");
+  }
+}
+
 std::vector<Camera> make_cameras(const Calibration& calibration) {
   if (calibration.cameras.size() > kMatchCameras)
     throw Error("the calibration has " + std::to_string(calibration.cameras.size()) +
@@ -43,6 +68,7 @@ struct Matcher::Impl {
         pairs(cameras, options, table),
         hypotheses(cameras, options, table) {}
 
+  void meet_plane();
   void match_predictions(std::span<const Prediction> predictions);
   void collect_candidates(const Prediction& prediction);
   void match_all_pairs(unsigned min_views);
@@ -71,6 +97,7 @@ Matcher::Matcher(const Calibration& calibration, const MatchOptions& options) {
   std::vector<std::string> problems;
   options.check(problems);
   if (!problems.empty()) throw Error(problems.front());
+  if (options.plane_height_m) check_plane(calibration, *options.plane_height_m);
   impl_ = std::make_unique<Impl>(calibration, options);
 }
 
@@ -90,11 +117,15 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
   m.table.fill(blobs);
   counters.blobs += m.table.size();
 
-  if (!predictions.empty()) m.match_predictions(predictions);
-  m.match_all_pairs(std::max(3u, m.options.min_cameras));
-  if (m.options.min_cameras == 2) {
-    m.suspect_what_points_explain();
-    m.match_all_pairs(2);
+  if (m.options.plane_height_m) {
+    m.meet_plane();
+  } else {
+    if (!predictions.empty()) m.match_predictions(predictions);
+    m.match_all_pairs(std::max(3u, m.options.min_cameras));
+    if (m.options.min_cameras == 2) {
+      m.suspect_what_points_explain();
+      m.match_all_pairs(2);
+    }
   }
 
   std::uint64_t used = 0;
@@ -104,6 +135,26 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
   counters.components += m.packed.components;
   counters.exact += m.packed.exact;
   counters.inexact += m.packed.inexact;
+}
+
+// One camera: each blob's ray where it meets the plane that the markers are on.
+void Matcher::Impl::meet_plane() {
+  const Camera& camera = cameras.front();
+  for (std::uint32_t blob = table.begin_of(0); blob < table.end_of(0); ++blob) {
+    if (!table.free(blob)) continue;
+    const auto met = floor_point({&camera, table[blob].normalized, table[blob].covariance_px2},
+                                 *options.plane_height_m, options.marker_radius_m);
+    if (!met) continue;
+    const double range_m = (met->position_in_world - camera.position_in_world()).norm();
+    if (range_m < options.min_range_m || range_m > options.max_range_m) continue;
+    Point& point = points->emplace_back();
+    point.position_in_world = met->position_in_world;
+    point.covariance_m2 = met->covariance_m2;
+    point.views = 1;
+    point.blob_of_camera.fill(-1);
+    point.blob_of_camera[0] = static_cast<std::int32_t>(blob);
+    table.claim(blob);
+  }
 }
 
 // Blobs near to where the prediction expects them, by camera; sets `vague` if there are too many to be of

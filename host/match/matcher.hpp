@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,8 +27,9 @@ struct MatchOptions {
   unsigned min_cameras = 2;  ///< views that a point needs
   double marker_radius_m =
       0.0;  ///< 0: unknown; else sphere-projection bias is removed and blob sizes are checked
-  double min_range_m = 0.1;                              ///< nearest point to a camera
-  double max_range_m = 100.0;                            ///< farthest
+  double min_range_m = 0.1;              ///< nearest point to a camera
+  double max_range_m = 100.0;            ///< farthest
+  std::optional<double> plane_height_m;  ///< of a rig of one camera: where the markers' centres are in z
   void check(std::vector<std::string>& problems) const;  ///< appends "match.gate_px must be > 0", ...
 };
 
@@ -61,7 +63,8 @@ struct MatchCounters {
 /// Thread-bound. No allocation in match() once it has seen its largest input.
 class Matcher {
  public:
-  /// Cameras in rig order, at most kMatchCameras.
+  /// Cameras in rig order, at most kMatchCameras. With plane_height_m, exactly one: every blob of it that
+  /// looks at the plane is a point of its own, of one view. Throws Error where that cannot work.
   Matcher(const Calibration& calibration, const MatchOptions& options);
   ~Matcher();
 

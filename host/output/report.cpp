@@ -15,6 +15,8 @@
 #include "host/output/report_chart.hpp"
 #include "host/output/report_page.hpp"
 #include "host/output/report_scene.hpp"
+#include "host/page/page.hpp"
+#include "host/page/page_text.hpp"
 
 namespace glint {
 
@@ -70,13 +72,8 @@ void append_chart(std::string& page, const char* title, const char* explanation,
 }  // namespace
 
 std::string report_html(const ReportData& data) {
-  std::string page =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>";
-  page += escape_html(data.title) + "</title><style>";
-  page += kReportStyle;
-  page += "</style></head><body><main><header><h1>" + escape_html(data.title) + "</h1><p class=\"soft\">" +
-          escape_html(data.subtitle) + "</p></header>";
+  std::string page = "<header><h1>" + escape_html(data.title) + "</h1><p class=\"soft\">" +
+                     escape_html(data.subtitle) + "</p></header>";
   append_summary(page, data);
   append_scenes(page, data);
 
@@ -98,10 +95,8 @@ std::string report_html(const ReportData& data) {
   }
   append_chart(page, "Rate", "Ticks that gave a result, by time of exposure.", step_chart_svg(rate));
   append_chart(page, "Points", "Markers published per tick, on average.", step_chart_svg(points));
-  page += "</section></main><script>";
-  page += kReportScript;
-  page += "</script></body></html>\n";
-  return page;
+  page += "</section>";
+  return page_html(data.title, kReportStyle, page, kReportScript);
 }
 
 ReportFile::ReportFile(std::string path, bool force)

@@ -7,35 +7,22 @@
 #include <charconv>
 #include <cmath>
 
+#include "host/page/page_text.hpp"
+#include "host/page/svg.hpp"
+
 namespace glint {
 
 namespace {
+
+using svg::coordinate, svg::label, svg::line;
 
 constexpr double kWidth = 520, kHeight = 230;  // user units of the viewBox
 constexpr double kLeft = 52, kRight = 14, kTop = 30, kBottom = 40;
 constexpr double kPlotRight = kWidth - kRight, kPlotBottom = kHeight - kBottom;
 
-std::string coordinate(double value) { return short_number(value, 1); }
-
-std::string line(std::string_view kind, double x1, double y1, double x2, double y2) {
-  std::string s = "<line class=\"";
-  s.append(kind).append("\" x1=\"" + coordinate(x1) + "\" y1=\"" + coordinate(y1));
-  return s.append("\" x2=\"" + coordinate(x2) + "\" y2=\"" + coordinate(y2) + "\"/>");
-}
-
-std::string label(std::string_view kind, double x, double y, const std::string& text) {
-  std::string s = "<text class=\"";
-  s.append(kind).append("\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) + "\">");
-  return s.append(escape_html(text)).append("</text>");
-}
-
-std::string begin_svg(const std::string& what) {
-  return "<svg viewBox=\"0 0 " + coordinate(kWidth) + " " + coordinate(kHeight) +
-         "\" role=\"img\" aria-label=\"" + escape_html(what) + "\">";
-}
-
 std::string nothing_measured(const std::string& what) {
-  return begin_svg(what) + label("mid", kWidth / 2, kHeight / 2, "not measured in this run") + "</svg>";
+  return svg::begin(kWidth, kHeight, what) +
+         label("mid", kWidth / 2, kHeight / 2, "not measured in this run") + "</svg>";
 }
 
 std::string vertical_axis(double top, const std::string& unit) {
@@ -51,26 +38,6 @@ std::string vertical_axis(double top, const std::string& unit) {
 
 }  // namespace
 
-double round_step(double extent, double wanted) {
-  if (!(extent > 0) || !std::isfinite(extent)) return 1.0;
-  const double raw = extent / wanted, power = std::pow(10.0, std::floor(std::log10(raw)));
-  const double lead = raw / power;
-  return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
-}
-
-std::string short_number(double value, int most_decimals) {
-  if (!std::isfinite(value)) return "?";
-  std::array<char, 400> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
-                                 std::chars_format::fixed, most_decimals);
-  std::string s(digits.data(), end.ptr);
-  if (s.find('.') != std::string::npos) {
-    s.erase(s.find_last_not_of('0') + 1);
-    if (s.back() == '.') s.pop_back();
-  }
-  return s == "-0" ? "0" : s;
-}
-
 std::string duration_text(double seconds) {
   if (!std::isfinite(seconds)) return "?";
   const bool in_seconds = seconds >= 1.0, in_us = seconds < 1e-3;
@@ -80,30 +47,6 @@ std::string duration_text(double seconds) {
   const auto end =
       std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, decimals);
   return std::string(digits.data(), end.ptr) + (in_seconds ? " s" : in_us ? " \u00b5s" : " ms");
-}
-
-std::string escape_html(std::string_view text) {
-  std::string s;
-  s.reserve(text.size());
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        s += "&amp;";
-        break;
-      case '<':
-        s += "&lt;";
-        break;
-      case '>':
-        s += "&gt;";
-        break;
-      case '"':
-        s += "&quot;";
-        break;
-      default:
-        s += c;
-    }
-  }
-  return s;
 }
 
 std::string latency_chart_svg(const LatencyHistogram& latency) {
@@ -135,7 +78,8 @@ std::string latency_chart_svg(const LatencyHistogram& latency) {
   }
   const double step = round_step(most, 4), top = std::max(step, std::ceil(most / step) * step);
 
-  std::string s = begin_svg("latency histogram, logarithmic time axis") + vertical_axis(top, "% of ticks");
+  std::string s = svg::begin(kWidth, kHeight, "latency histogram, logarithmic time axis") +
+                  vertical_axis(top, "% of ticks");
   for (std::size_t i = 0; i < kBars; ++i) {
     if (share[i] <= 0) continue;
     const double width = (kPlotRight - kLeft) / kBars;
@@ -188,7 +132,7 @@ std::string step_chart_svg(const StepChart& chart) {
   const auto x_of = [&](double t) { return kLeft + t / end_s * (kPlotRight - kLeft); };
   const auto y_of = [&](double v) { return kPlotBottom - std::max(v, 0.0) / top * (kPlotBottom - kTop); };
 
-  std::string s = begin_svg(chart.unit + " over time") + vertical_axis(top, chart.unit);
+  std::string s = svg::begin(kWidth, kHeight, chart.unit + " over time") + vertical_axis(top, chart.unit);
   const double step_s = round_step(end_s, 6);
   for (double t = 0; t <= end_s * 1.0001; t += step_s) {
     s += line("tick", x_of(t), kPlotBottom, x_of(t), kPlotBottom + 5);

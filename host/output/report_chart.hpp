@@ -3,20 +3,14 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "host/output/latency_histogram.hpp"
 
 namespace glint {
 
-/// A round step (1, 2 or 5 times a power of ten) that divides `extent` into about `wanted` parts.
-double round_step(double extent, double wanted);
-/// As few digits as say the value: "0.5", "12", "1.25".
-std::string short_number(double value, int most_decimals = 6);
 /// 0.00123 -> "1.23 ms".
 std::string duration_text(double seconds);
-std::string escape_html(std::string_view text);
 
 /// Share of ticks by latency on a logarithmic axis, with p50, p99 and the maximum marked.
 std::string latency_chart_svg(const LatencyHistogram& latency);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The fixed parts of a report page: style sheet and script.
+// The fixed parts of a run's report: what its scenes add to the style sheet of all pages, and the script.
 #pragma once
 
 #include <string_view>

@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include "host/output/report_chart.hpp"
+#include "host/page/page_text.hpp"
 
 namespace glint {
 

@@ -10,6 +10,7 @@ namespace {
 constexpr std::size_t kResults = 32;  // a third of a second at 90 Hz for a slow disk
 constexpr std::size_t kPointsReserved = 512;
 constexpr std::size_t kEventsReserved = 40;
+constexpr std::size_t kHealthEventsReserved = 64;
 
 }  // namespace
 
@@ -19,6 +20,7 @@ TrackPipeline::TrackPipeline(std::unique_ptr<TickInput> input, const Calibration
     : input_(std::move(input)),
       matcher_(calibration, match),
       tracker_(track),
+      health_(calibration, match),
       on_track_thread_(std::move(on_track_thread)),
       results_(kResults),
       spares_(kResults) {
@@ -26,6 +28,7 @@ TrackPipeline::TrackPipeline(std::unique_ptr<TickInput> input, const Calibration
     auto result = std::make_unique<TickResult>();
     result->points.reserve(kPointsReserved);
     result->events.reserve(kEventsReserved);
+    result->health.reserve(kHealthEventsReserved);
     (void)spares_.push(std::move(result));
   }
 }
@@ -43,6 +46,15 @@ std::unique_ptr<TickResult> TrackPipeline::spare(bool live) noexcept {
   return there ? std::move(result) : nullptr;
 }
 
+void TrackPipeline::watch(const TickBlobs& tick, std::span<const Point> points,
+                          std::span<const TrackedPoint> tracked) noexcept {
+  watched_.clear();
+  for (const TrackedPoint& point : tracked) watched_.push_back({point.point, point.velocity_in_world});
+  health_.watch({tick.exposed, tick.frames, tick.cameras, points, watched_});
+  for (const HealthEvent& event : health_.events())
+    if (health_events_.size() < kHealthEventsReserved) health_events_.push_back(event);
+}
+
 void TrackPipeline::track_loop() noexcept {
   const bool live = input_->live();
   TickBlobs tick;
@@ -52,6 +64,8 @@ void TrackPipeline::track_loop() noexcept {
   predictions.reserve(kPointsReserved);
   points.reserve(kPointsReserved);
   tracked.reserve(kPointsReserved);
+  watched_.reserve(kPointsReserved);
+  health_events_.reserve(kHealthEventsReserved);
   ReadStatus status = ReadStatus::Ok;
   while ((status = input_->next(tick)) == ReadStatus::Ok) {
     tracker_.predict(tick.exposed, predictions);
@@ -69,6 +83,7 @@ void TrackPipeline::track_loop() noexcept {
     if (!result) {
       if (!live) break;  // the output is gone
       results_dropped_.fetch_add(1, std::memory_order_relaxed);
+      if (!tick.dark) watch(tick, points, tracked);
       continue;
     }
     result->trigger = tick.trigger;
@@ -85,7 +100,10 @@ void TrackPipeline::track_loop() noexcept {
     result->unproven = tick.unproven;
     result->dark = tick.dark;
     result->events.assign(tick.events.begin(), tick.events.end());
+    result->health.assign(health_events_.begin(), health_events_.end());
+    health_events_.clear();
     (void)results_.push(std::move(result));  // there are as many slots as results
+    if (!tick.dark) watch(tick, points, tracked);
   }
   end_ = status == ReadStatus::Ok ? ReadStatus::End : status;
   done_.store(true, std::memory_order_release);

@@ -7,11 +7,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "host/base/ring.hpp"
+#include "host/health/camera_health.hpp"
 #include "host/match/matcher.hpp"
 #include "host/pipeline/tick_input.hpp"
 #include "host/track/tracker.hpp"
@@ -30,6 +32,9 @@ struct TickResult {
   std::optional<std::uint32_t> unproven;  ///< as in TickBlobs
   bool dark = false;                      ///< likewise
   std::vector<AlignmentEvent> events;     ///< likewise
+  /// Cameras whose condition changed by what was seen up to the exposure before: they are looked at when the
+  /// points are out.
+  std::vector<HealthEvent> health;
 
   /// None of the point's cameras may show another pulse; none: nothing is coded, nobody knows.
   std::optional<bool> aligned(const TrackedPoint& point) const noexcept {
@@ -65,15 +70,22 @@ class TrackPipeline {
   void stop() noexcept { input_->stop(); }
   TickInput& input() noexcept { return *input_; }
   TrackCountersSnapshot counters() const noexcept;
+  /// After the end.
+  HealthReport health() const { return health_.report(); }
   const std::string& problem() const noexcept { return problem_; }
 
  private:
   void track_loop() noexcept;
+  void watch(const TickBlobs& tick, std::span<const Point> points,
+             std::span<const TrackedPoint> tracked) noexcept;
   std::unique_ptr<TickResult> spare(bool live) noexcept;
 
   std::unique_ptr<TickInput> input_;
   Matcher matcher_;
   Tracker tracker_;
+  CameraHealth health_;
+  std::vector<WatchedMarker> watched_;      // the tracking thread's
+  std::vector<HealthEvent> health_events_;  // likewise: not yet handed on
   std::function<void()> on_track_thread_;
   Ring<std::unique_ptr<TickResult>> results_, spares_;
   std::atomic<std::uint64_t> ticks_{0}, points_{0}, results_dropped_{0};

@@ -19,7 +19,8 @@ Eigen::Matrix2d PositionBound::information_px(const TickTruth& truth, std::uint3
   if (patch == nullptr) return information;
   const sim::MarkerView& view = truth.views_of(camera)[marker];
   const float dark =
-      noise_.black_grey + static_cast<float>(scene_.glow(camera).grey_at(view.x_px, view.y_px));
+      noise_.black_grey +
+      static_cast<float>(scene_.glow(scene_.behind(camera, truth.tick)).grey_at(view.x_px, view.y_px));
   float xx = 0.0f, xy = 0.0f, yy = 0.0f;
   for (int y = 0; y < patch->height_px(); ++y) {
     const float* light = patch->row(y);

@@ -77,7 +77,7 @@ const Patch* MarkerPainter::paint(std::uint32_t camera, std::uint64_t tick, std:
                static_cast<int>(y_high), with_gradient);
 
   const SimCamera& from = scene_.camera(camera, tick);
-  const double middle_s = scene_.mid_exposure_s(tick), half_s = 0.5 * options.exposure_s;
+  const double middle_s = scene_.mid_exposure_s(camera, tick), half_s = 0.5 * options.exposure_s;
   const MarkerState first = scene_.marker(marker, middle_s - half_s),
                     last = scene_.marker(marker, middle_s + half_s);
   // Speed counts, not only displacement: a ball that bounces during the exposure goes there and back.

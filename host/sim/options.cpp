@@ -2,6 +2,7 @@
 // Limits of the simulated rig's options.
 #include "host/sim/options.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -30,6 +31,11 @@ void SimOptions::check(std::vector<std::string>& problems) const {
   Problems p(problems);
   p.require(cameras >= 1 && cameras <= gpu::kMaxCameras, "cameras must be 1 to 32");
   p.require(markers <= 1000, "markers must be 0 to 1000");
+  if (!wand_m.empty()) {
+    p.require(wand_m.front() == 0.0 && std::is_sorted(wand_m.begin(), wand_m.end()) && wand_m.back() <= 1.5,
+              "wand_m must begin with 0 and rise to 1.5 at most");
+    p.require(markers == wand_m.size(), "markers must be those of the wand");
+  }
   p.require(rate_hz > 0.0 && rate_hz <= 10000.0, "rate_hz must be above 0 and at most 10000");
   p.require(max_speed_m_s >= 0.0 && max_speed_m_s <= 100.0, "max_speed_m_s must be 0 to 100");
   p.require(width_px >= 32 && width_px <= 8192 && height_px >= 32 && height_px <= 8192 &&
@@ -58,6 +64,15 @@ void SimOptions::check(std::vector<std::string>& problems) const {
   if (faults.slip) {
     p.require(faults.slip->camera < cameras, "faults.slip.camera must be one of the rig's cameras");
     p.require(std::abs(faults.slip->pulses) <= 1000, "faults.slip.pulses must be -1000 to 1000");
+  }
+  if (faults.swap) {
+    p.require(faults.swap->camera < cameras && faults.swap->other < cameras &&
+                  faults.swap->camera != faults.swap->other,
+              "faults.swap must name two of the rig's cameras");
+  }
+  if (faults.delay) {
+    p.require(faults.delay->camera < cameras, "faults.delay.camera must be one of the rig's cameras");
+    p.require(std::abs(faults.delay->delay_s) <= 1.0, "faults.delay.delay_s must be -1 to 1");
   }
   if (faults.bump) {
     p.require(faults.bump->camera < cameras, "faults.bump.camera must be one of the rig's cameras");

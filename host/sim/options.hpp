@@ -33,6 +33,21 @@ struct SimSlip {
   int pulses = 0;
 };
 
+/// Two cameras that change places, as if cables or devices were exchanged: from `tick` on the frames of one
+/// come as those of the other.
+struct SimSwap {
+  std::uint32_t camera = 0, other = 1;
+  std::uint64_t tick = 0;
+};
+
+/// A camera that is triggered too late: from `tick` on it exposes `delay_s` after the others (before them if
+/// negative), under the time stamps of a camera that is on time.
+struct SimDelay {
+  std::uint32_t camera = 0;
+  std::uint64_t tick = 0;
+  double delay_s = 0.0;
+};
+
 /// Faults on request. Rates are per frame and camera.
 struct SimFaults {
   double drop_rate = 0.0;         ///< the frame is exposed but never arrives; its sequence number is missing
@@ -42,6 +57,8 @@ struct SimFaults {
   double extra_noise_grey = 0.0;  ///< sd of noise added to every pixel
   std::optional<SimBump> bump;
   std::optional<SimSlip> slip;
+  std::optional<SimSwap> swap;
+  std::optional<SimDelay> delay;
 };
 
 struct SimOptions {
@@ -51,6 +68,9 @@ struct SimOptions {
   double max_speed_m_s = 10.0;                     ///< no marker is ever faster; 0: they hang still
   std::uint32_t width_px = 1280, height_px = 800;  ///< OV9281; the field of view across stays the same
   double marker_radius_m = 0.0063;
+  /// A person waves a wand with markers at these places on its axis, the first at 0, instead of balls that
+  /// fly; `markers` is their number then. Empty: none.
+  std::vector<double> wand_m;
   double exposure_s = 137e-6;  ///< brightness is in proportion
   std::uint64_t seed = 1;
   std::uint32_t bright_spots = 5;  ///< static reflections per camera, as in a real room

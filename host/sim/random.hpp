@@ -27,7 +27,9 @@ enum class Stream : std::uint64_t {
   FrameNoise,
   Drop,
   Duplicate,
-  Late
+  Late,
+  BoardPose,
+  BoardNoise
 };
 
 /// Seed of one stream, from the run's seed and up to two indices (camera, tick).

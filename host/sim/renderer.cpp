@@ -48,7 +48,12 @@ Renderer::Renderer(const Scene& scene)
 
 void Renderer::render(std::uint32_t camera, std::uint64_t tick, std::uint8_t* pixels,
                       std::uint32_t stride_bytes, BufferMemory& memory) {
-  const Backdrop& backdrop = backdrops_[camera];
+  const std::uint32_t taken_by = scene_.behind(camera, tick);
+  const Backdrop& backdrop = backdrops_[taken_by];
+  if (memory.backdrop != taken_by) {  // two cameras were swapped: nothing of the buffer is of use
+    memory.backdrop = taken_by;
+    memory.stripe.fill(BufferMemory::kUnknown);
+  }
   restore(backdrop, tick, pixels, stride_bytes, memory);
   collect_light(camera, tick, memory.drawn);
 

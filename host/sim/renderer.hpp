@@ -21,6 +21,7 @@ struct PixelBox {
 struct BufferMemory {
   static constexpr std::uint8_t kUnknown = 255;
   BufferMemory() { stripe.fill(kUnknown); }
+  std::uint32_t backdrop = 0;                           ///< camera that took what it holds
   std::array<std::uint8_t, Backdrop::kStripes> stripe;  ///< noise frame shown by each stripe
   std::vector<PixelBox> drawn;                          ///< boxes that hold markers
 };

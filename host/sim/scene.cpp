@@ -82,7 +82,11 @@ Scene::Scene(const SimOptions& options) : options_(options) {
   if (options.code_seed != 0) {
     code_.emplace(options.code_seed, PulseCode::group_for(options.code_group, options.rate_hz));
   }
-  flights_ = sim::throw_markers(options, volume_);
+  if (options.wand_m.empty()) {
+    flights_ = sim::throw_markers(options, volume_);
+  } else {
+    dance_.emplace(options, volume_);
+  }
   for (std::uint32_t c = 0; c < options.cameras; ++c) {
     cameras_.emplace_back(calibration_.cameras[c]);
     spots_.push_back(place_spots(options, c));
@@ -94,14 +98,27 @@ Scene::Scene(const SimOptions& options) : options_(options) {
   poles_ = place_poles(options, volume_);
 }
 
+double Scene::mid_exposure_s(std::uint32_t camera, std::uint64_t tick) const noexcept {
+  const auto& delay = options_.faults.delay;
+  const bool delayed = delay && delay->camera == camera && tick >= delay->tick;
+  return mid_exposure_s(tick) + (delayed ? delay->delay_s : 0.0);
+}
+
+std::uint32_t Scene::behind(std::uint32_t camera, std::uint64_t tick) const noexcept {
+  const auto& swap = options_.faults.swap;
+  if (!swap || tick < swap->tick) return camera;
+  return camera == swap->camera ? swap->other : camera == swap->other ? swap->camera : camera;
+}
+
 const sim::SimCamera& Scene::camera(std::uint32_t camera, std::uint64_t tick) const noexcept {
   const auto& bump = options_.faults.bump;
-  return bump && bump->camera == camera && tick >= bump->tick ? bumped_[0] : cameras_[camera];
+  const std::uint32_t taken_by = behind(camera, tick);
+  return bump && bump->camera == taken_by && tick >= bump->tick ? bumped_[0] : cameras_[taken_by];
 }
 
 void Scene::views(std::uint32_t camera, std::uint64_t tick, std::span<sim::MarkerView> views) const noexcept {
   const sim::SimCamera& from = this->camera(camera, tick);
-  const double middle = mid_exposure_s(tick), half = 0.5 * options_.exposure_s;
+  const double middle = mid_exposure_s(camera, tick), half = 0.5 * options_.exposure_s;
   std::array<sim::OutlinePoint, kOutlinePoints> outline;
   for (std::uint32_t m = 0; m < options_.markers; ++m) {
     sim::MarkerView& view = views[m];
@@ -142,7 +159,7 @@ bool Scene::may_be_hidden(std::uint32_t camera, std::uint64_t tick, std::uint32_
   }
   if (poles_.empty()) return false;
   const Eigen::Vector3d eye = this->camera(camera, tick).position_in_world();
-  const Eigen::Vector3d ball = this->marker(marker, mid_exposure_s(tick)).position_in_world;
+  const Eigen::Vector3d ball = this->marker(marker, mid_exposure_s(camera, tick)).position_in_world;
   // The ray to the middle against a pole that is fatter and higher by the ball and its motion.
   const double grow = options_.marker_radius_m + options_.exposure_s * options_.max_speed_m_s;
   return std::any_of(poles_.begin(), poles_.end(), [&](const sim::Pole& pole) {
@@ -214,7 +231,7 @@ void Scene::truth(std::uint64_t tick, TickTruth& truth) const {
       if (top < kFrameMargin_px || bottom > options_.height_px - 1.0 - kFrameMargin_px) continue;
       if (may_be_hidden(c, tick, m, views)) {
         unsigned lost = 0;
-        sample_disc(c, tick, m, time_s, views, kDiscSamples,
+        sample_disc(c, tick, m, mid_exposure_s(c, tick), views, kDiscSamples,
                     [&](const Eigen::Vector3d&, bool is_hidden) { lost += is_hidden ? 1u : 0u; });
         if (lost > kHiddenShare * kDiscSamples) continue;
       }
@@ -232,7 +249,7 @@ void Scene::truth(std::uint64_t tick, TickTruth& truth) const {
       for (std::uint32_t n = 0; n < options_.markers && alone; ++n) {
         alone = n == m || !views[n].imaged || !touches(views[n].x_px, views[n].y_px, views[n].radius_px);
       }
-      for (const sim::BrightSpot& spot : spots_[c])
+      for (const sim::BrightSpot& spot : spots_[behind(c, tick)])
         alone = alone && !touches(spot.x_px, spot.y_px, spot.radius_px);
       if (alone) truth.markers[m].clean |= bit;
     }

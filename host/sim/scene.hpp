@@ -15,6 +15,7 @@
 #include "host/sim/motion.hpp"
 #include "host/sim/options.hpp"
 #include "host/sim/sim_camera.hpp"
+#include "host/sim/wand_dance.hpp"
 
 namespace glint {
 
@@ -90,19 +91,26 @@ class Scene {
   std::uint32_t cameras() const noexcept { return options_.cameras; }
   std::uint32_t markers() const noexcept { return options_.markers; }
 
+  /// Of a camera that is on time: what time stamps say, and what the truth is about.
   double mid_exposure_s(std::uint64_t tick) const noexcept {
     return static_cast<double>(tick) / options_.rate_hz;
   }
+  /// When that camera really exposes.
+  double mid_exposure_s(std::uint32_t camera, std::uint64_t tick) const noexcept;
   sim::MarkerState marker(std::uint32_t marker, double time_s) const noexcept {
-    return flights_[marker].at(time_s);
+    return dance_ ? dance_->marker(marker, time_s) : flights_[marker].at(time_s);
   }
   /// The light is off in that pulse.
   bool dark(std::uint64_t tick) const noexcept { return code_ && code_->dark(tick + options_.code_first); }
   /// Replaces `truth`; allocates only the first time.
   void truth(std::uint64_t tick, TickTruth& truth) const;
 
-  /// The camera as it really stands at that tick.
+  /// Which camera of the calibration takes the frames that come as those of `camera`: itself unless two were
+  /// swapped.
+  std::uint32_t behind(std::uint32_t camera, std::uint64_t tick) const noexcept;
+  /// What takes the frames that come as those of `camera`, as it really stands at that tick.
   const sim::SimCamera& camera(std::uint32_t camera, std::uint64_t tick) const noexcept;
+  /// Spots and glow belong to a place: ask for behind() what a frame shows.
   std::span<const sim::BrightSpot> spots(std::uint32_t camera) const noexcept { return spots_[camera]; }
   const sim::Glow& glow(std::uint32_t camera) const noexcept { return glows_[camera]; }
   std::span<const sim::Pole> poles() const noexcept { return poles_; }
@@ -137,6 +145,7 @@ class Scene {
   std::optional<PulseCode> code_;
   sim::Volume volume_;
   std::vector<sim::Flight> flights_;
+  std::optional<sim::WandDance> dance_;
   std::vector<sim::SimCamera> cameras_;
   std::vector<sim::SimCamera> bumped_;  // none or one
   std::vector<std::vector<sim::BrightSpot>> spots_;

@@ -136,6 +136,7 @@ void Tracker::update(std::span<const Point> points, std::vector<TrackedPoint>& t
     out.velocity_in_world = track.motion.velocity();
     out.covariance_m2 = point.covariance_m2;
     out.residual_px = point.rms_px;
+    out.point = track.point;
     for (std::size_t camera = 0; camera < kMatchCameras; ++camera)
       if (point.blob_of_camera[camera] >= 0) out.cameras |= std::uint32_t{1} << camera;
   }

@@ -19,7 +19,7 @@ struct TrackOptions {
   double acceleration_sd_m_s2 = 30.0;  ///< process noise of the constant-velocity model
   double max_speed_m_s = 25.0;         ///< a new track's velocity is unknown up to this
   unsigned confirm_frames_two_views =
-      3;                           ///< consistent frames before a track seen by two cameras only is published
+      3;  ///< consistent frames before a track seen by one or two cameras is published
   unsigned max_missed_frames = 9;  ///< frames without a measurement before a track ends
   void check(std::vector<std::string>& problems) const;
 };
@@ -32,6 +32,7 @@ struct TrackedPoint {
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();      ///< of the position, from triangulation
   double residual_px = 0.0;                                     ///< reprojection rms
   std::uint32_t cameras = 0;                                    ///< bit set of cameras used
+  std::uint32_t point = 0;  ///< index into the points of the update that published it
 };
 
 struct TrackCounters {

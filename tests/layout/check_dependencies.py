@@ -7,7 +7,7 @@ import sys
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 TABLE = "docs/dependencies.tsv"
-GROUPS = {"run", "build", "test", "bench", "dev", "board", "vm", "guest"}
+GROUPS = {"run", "build", "target", "test", "bench", "dev", "board", "vm", "guest"}
 COLUMNS = ["group", "package", "name", "licence", "why"]
 # What find_package and pkg_check_modules call it, and the Debian package that has it.
 PACKAGE_OF = {
@@ -18,7 +18,7 @@ PACKAGE_OF = {
     "libturbojpeg": "libturbojpeg0-dev", "libjpeg": "libjpeg62-turbo-dev", "libpng": "libpng-dev", "PNG": "libpng-dev",
     "hidapi-hidraw": "libhidapi-dev", "hidapi-libusb": "libhidapi-dev", "libusb-1.0": "libusb-1.0-0-dev",
     "umockdev-1.0": "libumockdev-dev",
-    "OpenCV": "libopencv-calib3d-dev", "benchmark": "libbenchmark-dev", "Python3": "python3",
+    "Ceres": "libceres-dev", "OpenCV": "libopencv-calib3d-dev", "benchmark": "libbenchmark-dev", "Python3": "python3",
 }
 PART_OF_CMAKE = {"Threads"}
 

@@ -59,6 +59,8 @@ Calibration random_calibration(unsigned seed, std::size_t cameras) {
     camera.world_from_camera.rotation.coeffs() = q.normalized();
     camera.world_from_camera.translation = {normal(random), normal(random) * 1e5, normal(random) * 1e-5};
     camera.rms_px = std::abs(normal(random));
+    if (n % 2 == 0)
+      for (double& sd : camera.intrinsics_sd) sd = std::abs(normal(random));
     calibration.cameras.push_back(camera);
   }
   return calibration;
@@ -233,6 +235,8 @@ TEST(CalibrationFile, OutOfRange) {
   EXPECT_EQ(complaint("fy_px = 901.5", "fy_px = 0.0"), "c.toml:8:9: camera 1.fy_px must not be 0");
   EXPECT_EQ(complaint("cx_px = 639.5", "cx_px = 639.5\nrms_px = -1"),
             "c.toml:10:10: camera 1.rms_px must not be negative (0: unknown)");
+  EXPECT_EQ(complaint("cx_px = 639.5", "cx_px = 639.5\nintrinsics_sd = [1, 1, 1, 1, 0, 0, 0, -1e-9, 0]"),
+            "c.toml:10:17: camera 1.intrinsics_sd must not be negative (all 0: unknown)");
 }
 
 TEST(CalibrationFile, NotFinite) {

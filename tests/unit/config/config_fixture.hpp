@@ -92,6 +92,7 @@ inline void expect_same(const Calibration& a, const Calibration& b) {
           same_bits(p.world_from_camera.rotation.coeffs()[k], q.world_from_camera.rotation.coeffs()[k]));
     }
     EXPECT_TRUE(same_bits(p.rms_px, q.rms_px));
+    EXPECT_EQ(p.intrinsics_sd, q.intrinsics_sd);
   }
 }
 

@@ -197,6 +197,21 @@ TEST_F(RigFile, WhatTheMatcherAndTheTrackerRefuseIsPlacedAtItsKey) {
               StartsWith("rig.toml:9:17: track.max_speed_m_s "));
 }
 
+TEST_F(RigFile, TheMarkersPlaneIsForOneCamera) {
+  const std::string plane = "[match]\nplane_height_m = 0.25\n";
+  EXPECT_THAT(complaint(kRig + plane),
+              StartsWith("rig.toml:9:18: match.plane_height_m is for a rig of one camera"));
+  Calibration one = two_cameras();
+  one.cameras.pop_back();
+  write_calibration(folder_ / "cal.toml", one, true);
+  EXPECT_THAT(complaint(std::string(kRig) + "[match]\nplane_height_m = 200\n"),
+              StartsWith("rig.toml:9:18: match.plane_height_m must be -100 to 100"));
+  const Rig rig = read(kRig + plane);
+  EXPECT_EQ(rig.match.plane_height_m, 0.25);
+  const TempFolder elsewhere;
+  EXPECT_EQ(read_rig(elsewhere.write("shown.toml", to_toml(rig))).match.plane_height_m, 0.25);
+}
+
 TEST_F(RigFile, NotFinite) {
   EXPECT_EQ(complaint(std::string(kRig) + "[match]\ngate_px = nan\n"),
             "rig.toml:9:11: match.gate_px must be a finite number, not nan");

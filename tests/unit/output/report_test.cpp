@@ -6,7 +6,6 @@
 
 #include <filesystem>
 #include <limits>
-#include <set>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -16,12 +15,14 @@
 #include "host/output/report_chart.hpp"
 #include "host/output/report_scene.hpp"
 #include "tests/unit/output/scratch_folder.hpp"
+#include "tests/unit/page/well_formed.hpp"
 
 namespace glint {
 namespace {
 
 using test::ScratchFolder;
 using test::text_of;
+using test::unbalanced;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -47,28 +48,6 @@ ReportData small_report() {
   data.rates = {{0, 90, 2}, {1, 45, 1}, {2, 90, 2}};
   for (int i = 1; i <= 100; ++i) data.end_to_end.add(i * 1e-4);
   return data;
-}
-
-/// Every tag is closed by its own end tag, in order. Enough for what the page uses.
-std::string unbalanced(const std::string& html) {
-  const std::set<std::string> empty{"!doctype", "meta"};
-  std::vector<std::string> open;
-  for (std::size_t at = 0; (at = html.find('<', at)) != std::string::npos;) {
-    const std::size_t end = html.find('>', at);
-    if (end == std::string::npos) return "a tag without end";
-    const bool closing = html[at + 1] == '/';
-    const std::size_t from = at + (closing ? 2 : 1);
-    const std::string name = html.substr(from, html.find_first_of(" />", from) - from);
-    at = end + 1;
-    if (closing) {
-      if (open.empty() || open.back() != name) return "</" + name + "> out of place";
-      open.pop_back();
-    } else if (html[end - 1] != '/' && empty.count(name) == 0) {
-      open.push_back(name);
-      if (name == "script" || name == "style") at = html.find("</" + name, at);
-    }
-  }
-  return open.empty() ? "" : "<" + open.back() + "> is not closed";
 }
 
 TEST(Report, IsWellFormedAndEscaped) {
@@ -125,22 +104,7 @@ TEST(ReportScene, OnlyTheObliqueViewCarriesWorldCoordinates) {
   EXPECT_THAT(top_scene_svg(data), Not(HasSubstr("data-p")));
 }
 
-TEST(ReportChart, StepsAreRound) {
-  EXPECT_DOUBLE_EQ(round_step(10, 5), 2);
-  EXPECT_DOUBLE_EQ(round_step(1, 6), 0.2);
-  EXPECT_DOUBLE_EQ(round_step(4.9, 6), 1);
-  EXPECT_DOUBLE_EQ(round_step(0, 6), 1);
-  for (double extent = 1e-4; extent < 1e6; extent *= 1.37) {
-    const double parts = extent / round_step(extent, 5);
-    EXPECT_GT(parts, 3.4) << extent;
-    EXPECT_LT(parts, 8.8) << extent;
-  }
-}
-
-TEST(ReportChart, NumbersAndDurationsAreShort) {
-  EXPECT_EQ(short_number(0.5), "0.5");
-  EXPECT_EQ(short_number(100), "100");
-  EXPECT_EQ(short_number(-0.0000001), "0");
+TEST(ReportChart, DurationsAreShort) {
   EXPECT_EQ(duration_text(0.0012345), "1.23 ms");
   EXPECT_EQ(duration_text(0.0123), "12.3 ms");
   EXPECT_EQ(duration_text(1.5), "1.50 s");

@@ -31,7 +31,13 @@ TEST(SimOptions, EveryProblemIsListed) {
   options.jpeg_quality = 101;
   options.faults.drop_rate = std::numeric_limits<double>::quiet_NaN();
   options.faults.bump = SimBump{40, 0, 0.1};
-  EXPECT_THAT(problems_of(options), SizeIs(5));
+  options.faults.swap = SimSwap{1, 1, 0};
+  options.faults.delay = SimDelay{0, 0, 2.0};
+  EXPECT_THAT(problems_of(options), SizeIs(7));
+  options.faults.swap = SimSwap{1, 33, 0};
+  EXPECT_THAT(problems_of(options), SizeIs(7));
+  options.faults.swap = SimSwap{1, 2, 0};
+  EXPECT_THAT(problems_of(options), SizeIs(6));
 }
 
 TEST(SimOptions, SceneThrowsWithTheReason) {

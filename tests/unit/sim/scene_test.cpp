@@ -103,5 +103,50 @@ TEST(Scene, ABumpTurnsTheCameraAndNotTheCalibration) {
   EXPECT_NEAR(off(50), 0.02 * 920.0, 0.5);
 }
 
+TEST(Scene, SwappedCamerasAreEachOther) {
+  SimOptions options;
+  options.faults.swap = SimSwap{1, 3, 20};
+  options.faults.bump = SimBump{1, 0, 0.02};
+  const Scene swapped(options);
+  options.faults.swap.reset();
+  const Scene straight(options);
+  TickTruth truth, expected;
+  for (const std::uint64_t tick : {19u, 20u, 40u}) {
+    swapped.truth(tick, truth);
+    straight.truth(tick, expected);
+    const std::array<std::uint32_t, 4> taken_by =
+        tick < 20 ? std::array<std::uint32_t, 4>{0, 1, 2, 3} : std::array<std::uint32_t, 4>{0, 3, 2, 1};
+    for (std::uint32_t c = 0; c < 4; ++c) {
+      EXPECT_EQ(swapped.behind(c, tick), taken_by[c]);
+      for (std::uint32_t m = 0; m < swapped.markers(); ++m) {
+        EXPECT_EQ(truth.views_of(c)[m].x_px, expected.views_of(taken_by[c])[m].x_px);
+        EXPECT_EQ(truth.markers[m].visible >> c & 1u, expected.markers[m].visible >> taken_by[c] & 1u);
+        EXPECT_EQ(truth.markers[m].clean >> c & 1u, expected.markers[m].clean >> taken_by[c] & 1u);
+      }
+    }
+  }
+}
+
+TEST(Scene, ADelayedCameraSeesWhatTheOthersSeeLater) {
+  SimOptions options;
+  const Scene straight(options);
+  options.faults.delay = SimDelay{2, 10, 2.0 / options.rate_hz};
+  const Scene scene(options);
+  TickTruth now, later;
+  for (const std::uint64_t tick : {9u, 10u, 50u}) {
+    scene.truth(tick, now);
+    EXPECT_NEAR(scene.mid_exposure_s(2, tick) - scene.mid_exposure_s(tick), tick < 10 ? 0.0 : 2.0 / 90.0,
+                1e-12);
+    straight.truth(tick < 10 ? tick : tick + 2, later);
+    for (std::uint32_t m = 0; m < scene.markers(); ++m)
+      EXPECT_NEAR(now.views_of(2)[m].x_px, later.views_of(2)[m].x_px, 1e-6);
+    straight.truth(tick, later);
+    for (std::uint32_t m = 0; m < scene.markers(); ++m) {
+      EXPECT_EQ(now.views_of(1)[m].x_px, later.views_of(1)[m].x_px);
+      EXPECT_EQ(now.markers[m].position_in_world, later.markers[m].position_in_world);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace glint

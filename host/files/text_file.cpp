@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Small text files: read whole, written whole or not at all.
-#include "host/config/text_file.hpp"
+#include "host/files/text_file.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// The ArUco dictionaries: names, sizes, and what each marker looks like.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+namespace glint {
+
+/// Number of markers in a dictionary; 0: no such dictionary. Needs no OpenCV.
+std::uint32_t markers_in(std::string_view dictionary);
+
+/// One marker with its black frame, one cell wide: side * side cells, row by row.
+struct MarkerBits {
+  std::uint32_t side = 0;
+  std::vector<bool> black;
+};
+/// From OpenCV's dictionaries; throws Error where glint was built without OpenCV.
+MarkerBits marker_bits(std::string_view dictionary, std::uint32_t id);
+
+}  // namespace glint

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// The watch allocates nothing after it was made, in peace and while it names a fault.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "host/health/camera_health.hpp"
+#include "host/match/matcher.hpp"
+#include "tests/support/allocations.hpp"
+#include "tests/unit/match/scene.hpp"
+
+namespace glint {
+namespace {
+
+using namespace testing;
+
+TEST(HealthNoAllocation, FromTheFirstExposure) {
+  const Calibration rig = ring_rig(4);
+  Matcher matcher(rig, {});
+  CameraHealth health(rig, {});
+  std::mt19937_64 random(9);
+  const auto markers = scattered(random, 20);
+  Calibration bumped = rig;
+  bumped.cameras[1].world_from_camera.rotation *=
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.005, Eigen::Vector3d::UnitX()));
+  std::vector<Point> points;
+  std::vector<WatchedMarker> watched;
+  MatchCounters counters;
+  std::size_t allocated = 0, events = 0;
+  for (int frame = 0; frame < 270; ++frame) {
+    const Exposure exposure = expose(frame < 90 ? rig : bumped, markers, {.centroid_px = 0.03}, random);
+    const auto blobs = exposure.spans();
+    matcher.match(blobs, {}, points, counters);
+    watched.clear();
+    for (std::uint32_t k = 0; k < points.size(); ++k) watched.push_back({k, Eigen::Vector3d::Zero()});
+    const std::size_t before = allocations();
+    health.watch({Timestamp(std::chrono::microseconds(11111 * frame)), 0xfu, blobs, points, watched});
+    allocated += allocations() - before;
+    events += health.events().size();
+  }
+  EXPECT_GT(allocations(), 0u) << "the counter does not count";
+  EXPECT_EQ(allocated, 0u);
+  EXPECT_EQ(events, 1u);
+  EXPECT_EQ(health.state(CameraId{1}).condition, CameraCondition::Bumped);
+}
+
+}  // namespace
+}  // namespace glint
