@@ -13,6 +13,7 @@ void add_calibrate(CLI::App& app) {
   add_calibrate_extrinsics(*calibrate);
   add_calibrate_ground(*calibrate);
   add_calibrate_check(*calibrate);
+  add_calibrate_refine(*calibrate);
 }
 
 }  // namespace glint::apps

@@ -70,11 +70,8 @@ class Adjustment {
                           camera.camera_from_world.translation, camera.intrinsics});
     for (const BundleTick& tick : bundle_.ticks) {
       if (board()) {
-        const Pose& pose = tick.world_from_target;
-        std::vector<double> block(7);
-        Eigen::Map<Eigen::Vector4d>(block.data()) = pose.rotation.normalized().coeffs();
-        Eigen::Map<Eigen::Vector3d>(block.data() + 4) = pose.translation;
-        targets_.push_back(std::move(block));
+        const PoseBlock block = pose_block(tick.world_from_target);
+        targets_.emplace_back(block.begin(), block.end());
       } else {
         targets_.emplace_back(tick.points_in_world.data(),
                               tick.points_in_world.data() + tick.points_in_world.size());
@@ -90,8 +87,7 @@ class Adjustment {
     for (std::size_t t = 0; t < targets_.size(); ++t) {
       const std::vector<double>& block = targets_[t];
       if (board()) {
-        bundle_.ticks[t].world_from_target = {Eigen::Quaterniond(block.data()).normalized(),
-                                              Eigen::Vector3d(block.data() + 4)};
+        bundle_.ticks[t].world_from_target = pose_of(block.data());
       } else {
         bundle_.ticks[t].points_in_world =
             Eigen::Map<const Eigen::Matrix3Xd>(block.data(), 3, static_cast<Eigen::Index>(block.size() / 3));
@@ -191,7 +187,7 @@ class Adjustment {
   ceres::CauchyLoss robust_loss_{kRobustFrom};
   ceres::EigenQuaternionManifold rotation_manifold_;
   ceres::SphereManifold<3> direction_manifold_;
-  ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>> board_manifold_;
+  PoseManifold board_manifold_;
   std::vector<std::unique_ptr<ceres::SubsetManifold>> subset_manifolds_;
   ceres::Problem problem_{shared_parts()};
 };

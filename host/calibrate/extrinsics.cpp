@@ -348,7 +348,7 @@ class Solver {
     }
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       CameraCalibration camera = cameras_[c];
-      put_intrinsics(camera, bundle_.cameras[c].intrinsics);
+      set_intrinsics(camera, bundle_.cameras[c].intrinsics);
       camera.world_from_camera = bundle_.cameras[c].camera_from_world.inverse();
       camera.world_from_camera.translation *= scale;
       camera.world_from_camera.translation.array() += 0.0;  // -0 looks odd in a file

@@ -69,10 +69,9 @@ class LensFit {
   void solve() {
     start();
     place_views();
-    take(solve_lens(board_.points_in_target, views_, intrinsics_block(camera_), {false, false},
-                    kFirstHuber_px));
+    take(solve_lens(board_.points_in_target, views_, intrinsics_of(camera_), {false, false}, kFirstHuber_px));
     place_views();  // under a better lens some views have the other of their two poses
-    take(solve_lens(board_.points_in_target, views_, intrinsics_block(camera_), freedom_, kFirstHuber_px));
+    take(solve_lens(board_.points_in_target, views_, intrinsics_of(camera_), freedom_, kFirstHuber_px));
     finish();
   }
 
@@ -86,7 +85,7 @@ class LensFit {
   void finish() {
     // Twice, since the loss follows from what is left over.
     for (int i = 0; i < 2; ++i)
-      take(solve_lens(board_.points_in_target, views_, intrinsics_block(camera_), freedom_, huber_px()));
+      take(solve_lens(board_.points_in_target, views_, intrinsics_of(camera_), freedom_, huber_px()));
   }
 
   /// Rms of a view with the lens as it is; one that was not used gets its own pose first.
@@ -95,7 +94,7 @@ class LensFit {
     return rms_of(residuals_px(board_.points_in_target, view, solution_.intrinsics));
   }
 
-  std::optional<IntrinsicsBlock> deviations() {
+  std::optional<Intrinsics> deviations() {
     return lens_deviations(board_.points_in_target, views_, solution_, freedom_, huber_px());
   }
 
@@ -109,12 +108,12 @@ class LensFit {
       if (const auto h = find_homography(plane, view.seen->pixels)) homographies.push_back(*h);
     }
     const CameraCalibration guess = zhang_start(homographies, camera_.width_px, camera_.height_px);
-    set_intrinsics(camera_, intrinsics_block(guess));
+    set_intrinsics(camera_, intrinsics_of(guess));
   }
 
   bool place(SolverView& view) const {
     const auto pose = camera_from_target(camera_, points_of(board_, *view.seen), view.seen->pixels);
-    if (pose) view.pose = pose_block(*pose);
+    if (pose) view.camera_from_board = *pose;
     return pose.has_value();
   }
 
@@ -305,7 +304,7 @@ IntrinsicsResult calibrate_intrinsics(const SampleSet& samples, std::uint32_t ca
     view.corners = session.views()[i].points.size();
     view.outlier = outlier[i];
     view.rms_px = fit.view_rms(fit.views()[i]);
-    view.camera_from_target = pose_of(fit.views()[i].pose);
+    view.camera_from_target = fit.views()[i].camera_from_board;
     result.views.push_back(view);
   }
   result.camera = fit.camera();

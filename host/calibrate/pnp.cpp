@@ -13,7 +13,7 @@
 
 #include "host/base/check.hpp"
 #include "host/calibrate/homography.hpp"
-#include "host/calibrate/projection.hpp"
+#include "host/calibrate/reprojection_cost.hpp"
 
 namespace glint {
 namespace {
@@ -23,31 +23,16 @@ struct Points {
   std::vector<Eigen::Vector2d> pixel, normalized;  // z = 1 plane
 };
 
-struct PixelError {
-  Eigen::Vector3d point;
-  Eigen::Vector2d pixel;
-  IntrinsicsBlock intrinsics;
-
-  template <typename T>
-  bool operator()(const T* pose, T* residual) const {
-    T lens[9];
-    for (std::size_t i = 0; i < 9; ++i) lens[i] = T(intrinsics[i]);
-    if (!project(lens, pose, point, residual)) return false;
-    residual[0] -= pixel.x();
-    residual[1] -= pixel.y();
-    return true;
-  }
-};
-
 /// Least squares in the image from that start; nothing if it starts or ends behind the camera.
-std::optional<TargetPose> refine(const IntrinsicsBlock& intrinsics, const Points& points, const Pose& start) {
+std::optional<TargetPose> refine(Intrinsics intrinsics, const Points& points, const Pose& start) {
   PoseBlock pose = pose_block(start);
   ceres::Problem problem;
   for (std::size_t i = 0; i < points.pixel.size(); ++i) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PixelError, 2, 6>(
-                                 new PixelError{points.in_target[i], points.pixel[i], intrinsics}),
-                             nullptr, pose.data());
+    problem.AddResidualBlock(new ViewCost(points.pixel[i], points.in_target[i]), nullptr, pose.data(),
+                             intrinsics.data());
   }
+  problem.SetManifold(pose.data(), new PoseManifold);
+  problem.SetParameterBlockConstant(intrinsics.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = 50;
@@ -57,7 +42,7 @@ std::optional<TargetPose> refine(const IntrinsicsBlock& intrinsics, const Points
   ceres::Solve(options, &problem, &summary);
   if (!summary.IsSolutionUsable()) return std::nullopt;
   // Ceres counts half of the squares.
-  return TargetPose{pose_of(pose),
+  return TargetPose{pose_of(pose.data()),
                     std::sqrt(2.0 * summary.final_cost / static_cast<double>(points.pixel.size()))};
 }
 
@@ -167,7 +152,7 @@ std::vector<TargetPose> target_poses(const CameraCalibration& camera,
   if (points.pixel.size() < 4) return poses;
   constexpr double kSame_rad = 0.01;
   for (const Pose& start : starts(points)) {
-    const auto refined = refine(intrinsics_block(camera), points, start);
+    const auto refined = refine(intrinsics_of(camera), points, start);
     if (!refined) continue;
     const bool known = std::any_of(poses.begin(), poses.end(), [&](const TargetPose& other) {
       return other.camera_from_target.rotation.angularDistance(refined->camera_from_target.rotation) <

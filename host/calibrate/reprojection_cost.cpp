@@ -50,6 +50,16 @@ Eigen::Matrix<double, 3, 4> rotated_by_quaternion(const Eigen::Quaterniond& q, c
   return by_q;
 }
 
+PoseBlock pose_block(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.rotation.normalized();
+  const Eigen::Vector3d& t = pose.translation;
+  return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()};
+}
+
+Pose pose_of(const double* block) {
+  return {Eigen::Quaterniond(block).normalized(), Eigen::Vector3d(block + 4)};
+}
+
 template <int kTarget>
 bool PointCost<kTarget>::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
   const Eigen::Vector3d point = Eigen::Map<const Eigen::Vector3d>(blocks[3] + 3 * point_);
@@ -74,6 +84,22 @@ bool BoardCost::Evaluate(double const* const* blocks, double* residuals, double*
     by_target.leftCols<4>() = by_world * rotated_by_quaternion(rotation, point_in_target_);
     by_target.rightCols<3>() = by_world;
   }
+  return true;
+}
+
+bool ViewCost::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
+  const Eigen::Map<const Eigen::Quaterniond> rotation(blocks[0]);
+  const Eigen::Map<const Eigen::Vector3d> translation(blocks[0] + 4);
+  PredictedSighting seen;
+  if (!predict_sighting(blocks[1], rotation * point_in_target_ + translation, 0.0, seen)) return false;
+  Eigen::Map<Eigen::Vector2d>(residuals, 2) = seen.pixel - pixel_;
+  if (jacobians == nullptr) return true;
+  if (jacobians[0] != nullptr) {
+    auto by_pose = jacobian<2, 7>(jacobians[0]);
+    by_pose.leftCols<4>() = seen.by_point_in_camera * rotated_by_quaternion(rotation, point_in_target_);
+    by_pose.rightCols<3>() = seen.by_point_in_camera;
+  }
+  if (jacobians[1] != nullptr) jacobian<2, 9>(jacobians[1]) = seen.by_intrinsics;
   return true;
 }
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Residuals of the bundle adjustment for Ceres, with analytic derivatives; private to host/calibrate.
+// Residuals for Ceres with analytic derivatives; private to host/calibrate.
 #pragma once
+
+#include <array>
 
 #include <ceres/ceres.h>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "host/calibrate/sighting_model.hpp"
 
@@ -12,6 +15,14 @@ namespace glint {
 
 /// d(q p)/dq for a unit quaternion in Eigen's order x y z w: from q p = p + 2w (u x p) + 2 u x (u x p).
 Eigen::Matrix<double, 3, 4> rotated_by_quaternion(const Eigen::Quaterniond& q, const Eigen::Vector3d& p);
+
+/// A pose in one block: rotation in Eigen's order x y z w, then translation.
+using PoseBlock = std::array<double, 7>;
+/// How such a block moves.
+using PoseManifold = ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>>;
+
+PoseBlock pose_block(const Pose& pose);
+Pose pose_of(const double* block);
 
 struct SightingTerms {
   Eigen::Vector2d pixel;
@@ -32,7 +43,7 @@ class PointCost final : public ceres::SizedCostFunction<2, 4, 3, 9, kTarget> {
   int point_;
 };
 
-/// The same for a board: its block is world_from_target, rotation (4) then translation (3).
+/// The same for a board: its block is world_from_target (PoseBlock).
 class BoardCost final : public ceres::SizedCostFunction<2, 4, 3, 9, 7> {
  public:
   BoardCost(const SightingTerms& terms, const Eigen::Vector3d& point_in_target)
@@ -41,6 +52,19 @@ class BoardCost final : public ceres::SizedCostFunction<2, 4, 3, 9, 7> {
 
  private:
   SightingTerms terms_;
+  Eigen::Vector3d point_in_target_;
+};
+
+/// Predicted minus measured in pixels for one camera alone. Blocks: camera_from_target (PoseBlock),
+/// intrinsics (9).
+class ViewCost final : public ceres::SizedCostFunction<2, 7, 9> {
+ public:
+  ViewCost(const Eigen::Vector2d& pixel, const Eigen::Vector3d& point_in_target)
+      : pixel_(pixel), point_in_target_(point_in_target) {}
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
+
+ private:
+  Eigen::Vector2d pixel_;
   Eigen::Vector3d point_in_target_;
 };
 

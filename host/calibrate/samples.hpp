@@ -49,8 +49,8 @@ void put_in_order(SampleSet& samples);
 bool held_out(std::uint64_t tick_index);
 
 /// Reads and writes JSON lines: a header with the target and the cameras, then [tick, camera, point, x_px,
-/// y_px]. Numbers come back bit for bit. Throw Error naming file and line; an existing file is refused unless
-/// `force`.
+/// y_px]. Numbers come back bit for bit. Throw Error naming file and line; numbers that are not finite are
+/// refused, and so is an existing file unless `force`.
 SampleSet read_samples(const std::filesystem::path& path);
 void write_samples(const std::filesystem::path& path, const SampleSet& samples, bool force);
 

@@ -11,7 +11,7 @@ Intrinsics intrinsics_of(const CameraCalibration& c) {
   return all;
 }
 
-void put_intrinsics(CameraCalibration& c, const Intrinsics& all) {
+void set_intrinsics(CameraCalibration& c, const Intrinsics& all) {
   c.fx_px = all[0], c.fy_px = all[1], c.cx_px = all[2], c.cy_px = all[3];
   std::copy(all.begin() + 4, all.end(), c.k1_k2_p1_p2_k3.begin());
 }

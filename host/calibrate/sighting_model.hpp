@@ -14,7 +14,7 @@ namespace glint {
 using Intrinsics = std::array<double, 9>;
 
 Intrinsics intrinsics_of(const CameraCalibration& camera);
-void put_intrinsics(CameraCalibration& camera, const Intrinsics& intrinsics);
+void set_intrinsics(CameraCalibration& camera, const Intrinsics& intrinsics);
 
 struct PredictedSighting {
   Eigen::Vector2d pixel;  ///< raw image

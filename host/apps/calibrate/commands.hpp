@@ -11,5 +11,6 @@ void add_calibrate_intrinsics(CLI::App& calibrate);
 void add_calibrate_extrinsics(CLI::App& calibrate);
 void add_calibrate_ground(CLI::App& calibrate);
 void add_calibrate_check(CLI::App& calibrate);
+void add_calibrate_refine(CLI::App& calibrate);
 
 }  // namespace glint::apps

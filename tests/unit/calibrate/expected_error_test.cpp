@@ -53,7 +53,7 @@ Calibration drawn(const Calibration& truth, const Eigen::MatrixXd& root, bool in
     if (!intrinsics) continue;
     Intrinsics all = intrinsics_of(camera);
     for (std::size_t k = 0; k < all.size(); ++k) all[k] += part[static_cast<Eigen::Index>(6 + k)];
-    put_intrinsics(camera, all);
+    set_intrinsics(camera, all);
   }
   return wrong;
 }
