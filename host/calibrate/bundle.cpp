@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <thread>
 
 #include <ceres/ceres.h>
 
@@ -34,8 +33,7 @@ class Adjustment {
   BundleSummary run() {
     ceres::Solver::Options solver;
     solver.max_num_iterations = options_.max_steps;
-    solver.num_threads = static_cast<int>(
-        options_.threads != 0 ? options_.threads : std::max(1u, std::thread::hardware_concurrency()));
+    solver.num_threads = 1;  // several add up in another order each time
     solver.logging_type = ceres::SILENT;
     solver.function_tolerance = 1e-9;
     solver.parameter_tolerance = 1e-10;
@@ -43,8 +41,8 @@ class Adjustment {
       // Few cameras and many ticks: what is left after the elimination is small and full.
       solver.linear_solver_type = ceres::DENSE_SCHUR;
       auto order = std::make_shared<ceres::ParameterBlockOrdering>();
-      for (std::vector<double>& target : targets_)
-        if (problem_.HasParameterBlock(target.data())) order->AddElementToGroup(target.data(), 0);
+      for (std::size_t t = 0; t < bundle_.ticks.size(); ++t)
+        if (problem_.HasParameterBlock(target(t))) order->AddElementToGroup(target(t), 0);
       for (CameraBlocks& camera : cameras_) {
         if (!problem_.HasParameterBlock(camera.translation.data())) continue;
         order->AddElementToGroup(camera.rotation.coeffs().data(), 1);
@@ -62,6 +60,9 @@ class Adjustment {
   }
 
  private:
+  double* target(std::size_t tick) noexcept {
+    return targets_.data() + tick * (board() ? 7 : 3 * bundle_.target.points_in_target.size());
+  }
   bool board() const noexcept { return bundle_.target.kind == TargetKind::Board; }
 
   void take_parameters() {
@@ -71,10 +72,10 @@ class Adjustment {
     for (const BundleTick& tick : bundle_.ticks) {
       if (board()) {
         const PoseBlock block = pose_block(tick.world_from_target);
-        targets_.emplace_back(block.begin(), block.end());
+        targets_.insert(targets_.end(), block.begin(), block.end());
       } else {
-        targets_.emplace_back(tick.points_in_world.data(),
-                              tick.points_in_world.data() + tick.points_in_world.size());
+        targets_.insert(targets_.end(), tick.points_in_world.data(),
+                        tick.points_in_world.data() + tick.points_in_world.size());
       }
     }
   }
@@ -84,13 +85,12 @@ class Adjustment {
       bundle_.cameras[c].camera_from_world = {cameras_[c].rotation.normalized(), cameras_[c].translation};
       bundle_.cameras[c].intrinsics = cameras_[c].intrinsics;
     }
-    for (std::size_t t = 0; t < targets_.size(); ++t) {
-      const std::vector<double>& block = targets_[t];
+    for (std::size_t t = 0; t < bundle_.ticks.size(); ++t) {
       if (board()) {
-        bundle_.ticks[t].world_from_target = pose_of(block.data());
+        bundle_.ticks[t].world_from_target = pose_of(target(t));
       } else {
-        bundle_.ticks[t].points_in_world =
-            Eigen::Map<const Eigen::Matrix3Xd>(block.data(), 3, static_cast<Eigen::Index>(block.size() / 3));
+        bundle_.ticks[t].points_in_world = Eigen::Map<const Eigen::Matrix3Xd>(
+            target(t), 3, static_cast<Eigen::Index>(bundle_.target.points_in_target.size()));
       }
     }
   }
@@ -115,17 +115,17 @@ class Adjustment {
       CameraBlocks& camera = cameras_[s.camera];
       problem_.AddResidualBlock(cost_of(s), options_.robust ? &robust_loss_ : nullptr,
                                 camera.rotation.coeffs().data(), camera.translation.data(),
-                                camera.intrinsics.data(), targets_[s.tick].data());
+                                camera.intrinsics.data(), target(s.tick));
     }
     if (!board()) return;
-    for (std::vector<double>& target : targets_)
-      if (problem_.HasParameterBlock(target.data())) problem_.SetManifold(target.data(), &board_manifold_);
+    for (std::size_t t = 0; t < bundle_.ticks.size(); ++t)
+      if (problem_.HasParameterBlock(target(t))) problem_.SetManifold(target(t), &board_manifold_);
   }
 
   void add_lengths() {
     const std::vector<Eigen::Vector3d>& points = bundle_.target.points_in_target;
     const int count = static_cast<int>(points.size());
-    for (std::vector<double>& target : targets_) {
+    for (std::size_t t = 0; t < bundle_.ticks.size(); ++t) {
       for (int a = 0; a < count; ++a) {
         for (int b = a + 1; b < count; ++b) {
           const double length_m =
@@ -133,7 +133,7 @@ class Adjustment {
           ceres::CostFunction* cost = nullptr;
           if (count == 2) cost = new LengthCost<6>(a, b, length_m, options_.length_sd_m);
           if (count == 3) cost = new LengthCost<9>(a, b, length_m, options_.length_sd_m);
-          problem_.AddResidualBlock(cost, nullptr, target.data());
+          problem_.AddResidualBlock(cost, nullptr, target(t));
         }
       }
     }
@@ -183,7 +183,8 @@ class Adjustment {
   Bundle& bundle_;
   const BundleOptions& options_;
   std::vector<CameraBlocks> cameras_;
-  std::vector<std::vector<double>> targets_;
+  // One after the other, since Ceres orders blocks by their addresses: so the order is the same in every run.
+  std::vector<double> targets_;
   ceres::CauchyLoss robust_loss_{kRobustFrom};
   ceres::EigenQuaternionManifold rotation_manifold_;
   ceres::SphereManifold<3> direction_manifold_;

@@ -48,10 +48,11 @@ struct BundleOptions {
   double length_sd_m = 0.0002;  ///< of a wand's distances: how far it bends
   bool robust = true;           ///< sightings beyond three standard deviations count less (Cauchy)
   bool refine_intrinsics = false;
-  bool scale_known = true;  ///< false: only a marker; the distance of the first two cameras is kept
+  /// False: only a marker; the distance of the first two cameras is kept, the first of which must stand at
+  /// the origin.
+  bool scale_known = true;
   bool schur = true;  ///< eliminate the target first; false: what Ceres does by default (for comparison)
   int max_steps = 100;
-  unsigned threads = 0;  ///< 0: as many as processors
 };
 
 struct BundleSummary {
@@ -62,7 +63,9 @@ struct BundleSummary {
 };
 
 /// Moves `bundle` to the minimum. Where no camera's pose is fixed, the first one stays: that is the gauge.
-/// Every point must lie in front of the cameras that saw it. Throws Error if the solver cannot even begin.
+/// Every point must lie in front of the cameras that saw it. On one thread,
+/// so that the same bundle gives the same result to the last digit. Throws Error if the solver cannot even
+/// begin.
 BundleSummary adjust(Bundle& bundle, const BundleOptions& options);
 
 }  // namespace glint

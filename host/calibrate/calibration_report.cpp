@@ -15,7 +15,8 @@ namespace glint {
 CalibrationReport make_calibration_report(std::string title, const SampleSet& samples,
                                           const Calibration& calibration, const CalibrationQuality& quality,
                                           const CalibrationUncertainty& uncertainty,
-                                          std::vector<std::string> notes) {
+                                          std::vector<std::string> notes,
+                                          std::span<const std::uint32_t> only) {
   CalibrationReport report;
   report.title = std::move(title);
   report.made_from = calibration.made_from;
@@ -46,6 +47,7 @@ CalibrationReport make_calibration_report(std::string title, const SampleSet& sa
   input.overlap = &report.overlap;
   if (expected.knows_calibration() && report.expected.total_m.count > 0) input.expected = report.expected;
   input.target = report.target;
+  input.only = only;
   report.judgement = judge(input);
   return report;
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,11 +38,12 @@ struct CalibrationReport {
 
 /// Computes all that a report shows. `samples` are those that the calibration was made from (or is checked
 /// with); its cameras are in the calibration's order. The world's z should point up
-/// (host/calibrate/ground.hpp).
+/// (host/calibrate/ground.hpp). `only`: as in VerdictInput.
 CalibrationReport make_calibration_report(std::string title, const SampleSet& samples,
                                           const Calibration& calibration, const CalibrationQuality& quality,
                                           const CalibrationUncertainty& uncertainty,
-                                          std::vector<std::string> notes);
+                                          std::vector<std::string> notes,
+                                          std::span<const std::uint32_t> only = {});
 
 std::string calibration_report_html(const CalibrationReport& report);
 /// Lengths in metres, pixels, radians; null for what is not known.

@@ -86,6 +86,7 @@ class Evaluation {
       if (s.point != point) continue;
       const auto place = static_cast<std::size_t>(&s - samples_.sightings.data());
       if (!outlier_.empty() && outlier_[place] != 0) {
+        ++quality_.cameras[s.camera].outliers;
         left_out.push_back(&s);
         continue;
       }
@@ -111,11 +112,7 @@ class Evaluation {
     CameraQuality& camera = quality_.cameras[s.camera];
     const Eigen::Vector2d residual = s.pixel - predicted.pixel;
     camera.residuals.push_back({s.pixel, residual, s.tick, s.point, out, outlier});
-    if (outlier) {
-      ++camera.outliers;
-      return;
-    }
-    errors_[s.camera].add(residual.norm(), out);
+    if (!outlier) errors_[s.camera].add(residual.norm(), out);
   }
 
   void finish() {

@@ -12,8 +12,8 @@ namespace glint {
 
 /// Triangulates every point that two cameras saw, from those cameras alone, and compares. A tick whose index
 /// is held_out() counts as held out if `hold_out`. `outlier` has one flag per sighting, or none at all:
-/// flagged ones are listed, but neither used nor counted in the errors. The calibration's cameras are the
-/// samples', in their order.
+/// flagged ones are counted as outliers and listed where the others place the point, but not used. The
+/// calibration's cameras are the samples', in their order.
 CalibrationQuality evaluate(const Calibration& calibration, const SampleSet& samples, bool hold_out,
                             const std::vector<std::uint8_t>& outlier = {});
 

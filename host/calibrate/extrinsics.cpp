@@ -42,8 +42,10 @@ void check_cameras(const SampleSet& samples, const std::vector<CameraCalibration
   if (options.camera_distance) {
     const KnownCameraDistance& known = *options.camera_distance;
     if (!marker) throw Error("the target itself gives the scale: a camera distance would contradict it");
+    if (!options.only.empty())
+      throw Error("the cameras that stay give the scale: a camera distance would contradict them");
     if (known.a == known.b || known.a >= cameras.size() || known.b >= cameras.size() ||
-        !(known.distance_m > 0.0))
+        !(known.distance_m > 0.0) || !std::isfinite(known.distance_m))
       throw Error("the known distance must be more than 0 m and between two different cameras");
   }
 }
@@ -118,28 +120,46 @@ class Solver {
     }
   }
 
-  /// Cameras of `only`, from points that the others know.
+  /// Cameras of `only`, from points that the others know. Of a wand whose ends look alike its middle is such
+  /// a point: near enough to begin with, and the same whichever end is which.
   void place_again() {
-    std::vector<Camera> known(cameras_.begin(), cameras_.end());
-    std::vector<std::uint8_t> anew(cameras_.size(), 0);
-    for (const std::uint32_t camera : options_.only) anew[camera] = 1;
+    const std::vector<Camera> known(cameras_.begin(), cameras_.end());
+    SampleSet stay = training_;
+    std::erase_if(stay.sightings, [&](const Sighting& s) {
+      return std::find(options_.only.begin(), options_.only.end(), s.camera) != options_.only.end();
+    });
+    PlaneSightings stay_seen = undistorted(stay, cameras_);
+    match_ends(stay, stay_seen, poses_);
+    std::map<std::pair<std::uint64_t, std::uint32_t>, Eigen::Vector3d> places;  // by tick and point
+    for (const SampleTick& tick : ticks_of(stay)) {
+      for (std::uint32_t point = 0; point < stay.target.points_in_target.size(); ++point) {
+        std::vector<Observation> views;
+        for (const Sighting& s : tick.sightings) {
+          const auto& plane = stay_seen[static_cast<std::size_t>(&s - stay.sightings.data())];
+          if (s.point == point && plane)
+            views.push_back({&known[s.camera], *plane, Eigen::Matrix2d::Identity()});
+        }
+        if (const auto found = triangulate(views, {})) places[{tick.tick, point}] = found->position_in_world;
+      }
+    }
     for (const std::uint32_t camera : options_.only) {
       std::vector<Eigen::Vector3d> points;
       std::vector<Eigen::Vector2d> pixels;
-      for (const SampleTick& tick : ticks_of(training_)) {
-        for (const Sighting& s : tick.sightings) {
-          if (s.camera != camera) continue;
-          std::vector<Observation> views;
-          for (const Sighting& other : tick.sightings) {
-            const auto& plane = training_seen_[static_cast<std::size_t>(&other - training_.sightings.data())];
-            if (other.point == s.point && anew[other.camera] == 0 && plane)
-              views.push_back({&known[other.camera], *plane, Eigen::Matrix2d::Identity()});
-          }
-          if (const auto found = triangulate(views, {})) {
-            points.push_back(found->position_in_world);
-            pixels.push_back(s.pixel);
-          }
+      for (std::size_t i = 0; i < training_.sightings.size(); ++i) {
+        const Sighting& s = training_.sightings[i];
+        const auto place = places.find({s.tick, s.point});
+        if (s.camera != camera || place == places.end()) continue;
+        if (!ends_alike(training_.target)) {
+          points.push_back(place->second);
+          pixels.push_back(s.pixel);
+          continue;
         }
+        const auto other = places.find({s.tick, 1});
+        if (s.point != 0 || other == places.end() || i + 1 == training_.sightings.size()) continue;
+        const Sighting& next = training_.sightings[i + 1];
+        if (next.tick != s.tick || next.camera != camera) continue;
+        points.push_back(0.5 * (place->second + other->second));
+        pixels.push_back(0.5 * (s.pixel + next.pixel));
       }
       if (points.size() < kFewestTicks) {
         throw Error(cameras_[camera].name + ": only " + std::to_string(points.size()) +
@@ -270,7 +290,6 @@ class Solver {
     options.refine_intrinsics = options_.refine_intrinsics;
     options.scale_known = samples_.target.kind != TargetKind::Marker || !options_.only.empty();
     options.schur = options_.schur;
-    options.threads = options_.threads;
     return options;
   }
 
@@ -283,8 +302,11 @@ class Solver {
     const double per_tick = bundle_.target.kind == TargetKind::Board
                                 ? 6.0
                                 : 3.0 * static_cast<double>(bundle_.target.points_in_target.size());
+    std::size_t ticks = 0;  // with sightings, which stand tick after tick
+    for (std::size_t i = 0; i < bundle_.sightings.size(); ++i)
+      ticks += i == 0 || bundle_.sightings[i].tick != bundle_.sightings[i - 1].tick;
     const double measured = 2.0 * static_cast<double>(residuals.size());
-    const double free = std::max(0.1, 1.0 - per_tick * static_cast<double>(bundle_.ticks.size()) / measured);
+    const double free = std::max(0.1, 1.0 - per_tick * static_cast<double>(ticks) / measured);
     return std::max(kLeastSigma_px, *middle / std::sqrt(2.0 * std::log(2.0)) / std::sqrt(free));
   }
 
@@ -335,6 +357,13 @@ class Solver {
                               std::to_string(ticks) + " samples that could no longer be placed");
     }
     if (bundle_.sightings.empty()) throw Error("the samples contradict each other: no solution fits them");
+    for (std::uint32_t c = 0; c < cameras_.size(); ++c) {
+      if (!bundle_.cameras[c].pose_fixed &&
+          std::none_of(bundle_.sightings.begin(), bundle_.sightings.end(),
+                       [c](const BundleSighting& s) { return s.camera == c; }))
+        throw Error(cameras_[c].name +
+                    ": none of its sightings could be used: it must see the target together with others");
+    }
   }
 
   void finish() {
@@ -364,11 +393,8 @@ class Solver {
     result_.quality = evaluate(result_.calibration, samples_, hold_out_, outlier_);
     result_.samples = std::move(samples_);
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
-      const CameraQuality& camera = result_.quality.cameras[c];
-      result_.calibration.cameras[c].rms_px = camera.fit_px.rms;
-      if (camera.fit_px.count == 0)
-        throw Error(cameras_[c].name +
-                    ": none of its sightings could be used: it must see the target together with others");
+      const ErrorSummary& fit = result_.quality.cameras[c].fit_px;
+      if (fit.count > 0) result_.calibration.cameras[c].rms_px = fit.rms;  // else it stayed, unseen
     }
   }
 

@@ -30,8 +30,7 @@ struct ExtrinsicsOptions {
   /// Cameras to place anew; the others stay as they are in `cameras`. Empty: all, and the world is then the
   /// frame of the first camera.
   std::vector<std::uint32_t> only;
-  bool schur = true;     ///< false: Ceres' default linear solver, for comparison
-  unsigned threads = 0;  ///< 0: as many as processors
+  bool schur = true;  ///< false: Ceres' default linear solver, for comparison
 };
 
 /// Of intrinsics that a data sheet or another tool gave: focal length and centre relative to the image's

@@ -19,15 +19,23 @@ constexpr std::size_t kFewestMarkers = 500;
 constexpr std::size_t kFewestOfCamera = 100;
 constexpr double kWorthIt = 0.98;  // of the held-out median: less of a gain is chance
 constexpr double kHarm = 1.05;     // of one camera's
+// How much the cameras' orientations count beside their positions in the alignment, relative to the size of
+// the rig: just enough to fix what positions on a line leave open.
+constexpr double kOrientationWeight = 0.01;
 
+/// In the frame of the first camera, as an adjustment wants it whose scale is free.
 Bundle bundle_of(const Calibration& calibration, const SampleSet& samples) {
   Bundle bundle;
   bundle.target = samples.target;
+  const Pose world_from_first = calibration.cameras.front().world_from_camera;
+  const Pose first_from_world = world_from_first.inverse();
   std::vector<Camera> cameras;
   for (const CameraCalibration& c : calibration.cameras) {
     cameras.emplace_back(c);
-    bundle.cameras.push_back({intrinsics_of(c), {}, c.world_from_camera.inverse(), false});
+    bundle.cameras.push_back({intrinsics_of(c), {}, c.world_from_camera.inverse() * world_from_first, false});
   }
+  TriangulateOptions options;
+  options.marker_radius_m = samples.target.marker_radius_m;
   const std::vector<SampleTick> ticks = ticks_of(samples);
   for (std::size_t t = 0; t < ticks.size(); ++t) {
     if (held_out(t)) continue;
@@ -39,9 +47,9 @@ Bundle bundle_of(const Calibration& calibration, const SampleSet& samples) {
       views.push_back({&cameras[s.camera], *plane, Eigen::Matrix2d::Identity()});
       seen.push_back({s.camera, static_cast<std::uint32_t>(bundle.ticks.size()), 0, s.pixel});
     }
-    const auto found = triangulate(views, {});
+    const auto found = triangulate(views, options);
     if (!found) continue;
-    bundle.ticks.push_back({{}, found->position_in_world});
+    bundle.ticks.push_back({{}, first_from_world * found->position_in_world});
     bundle.sightings.insert(bundle.sightings.end(), seen.begin(), seen.end());
   }
   return bundle;
@@ -66,12 +74,20 @@ void check_enough(const Calibration& calibration, const Bundle& bundle) {
 /// The adjusted cameras, put back where the rig was, at its size.
 Calibration put_back(const Calibration& before, const Bundle& bundle, Refinement& refinement) {
   const auto count = static_cast<Eigen::Index>(before.cameras.size());
-  Eigen::Matrix3Xd from(3, count), to(3, count);
   std::vector<Pose> poses;
-  for (Eigen::Index c = 0; c < count; ++c) {
-    poses.push_back(bundle.cameras[static_cast<std::size_t>(c)].camera_from_world.inverse());
-    from.col(c) = poses.back().translation;
-    to.col(c) = before.cameras[static_cast<std::size_t>(c)].world_from_camera.translation;
+  double extent_m = 0.0;
+  for (const BundleCamera& camera : bundle.cameras) {
+    poses.push_back(camera.camera_from_world.inverse());
+    extent_m = std::max(extent_m, poses.back().translation.norm());
+  }
+  // Of each camera its place, and a little way along its three axes.
+  Eigen::Matrix<double, 3, 4> marks = Eigen::Matrix<double, 3, 4>::Zero();
+  marks.rightCols<3>().diagonal().setConstant(kOrientationWeight * extent_m);
+  Eigen::Matrix3Xd from(3, 4 * count), to(3, 4 * count);
+  for (Eigen::Index i = 0; i < 4 * count; ++i) {
+    const auto c = static_cast<std::size_t>(i / 4);
+    from.col(i) = poses[c] * marks.col(i % 4);
+    to.col(i) = before.cameras[c].world_from_camera * marks.col(i % 4);
   }
   const Eigen::Matrix4d similarity = Eigen::umeyama(from, to, true);
   const double scale = std::cbrt(similarity.topLeftCorner<3, 3>().determinant());
@@ -117,17 +133,15 @@ void judge_refinement(Refinement& r) {
 
 }  // namespace
 
-TrackedSamples::TrackedSamples(std::vector<SampleCamera> cameras, double rate_hz) {
-  samples_.target = marker_target(0.0);
+TrackedSamples::TrackedSamples(std::vector<SampleCamera> cameras, double marker_radius_m) {
+  samples_.target = marker_target(marker_radius_m);
   samples_.cameras = std::move(cameras);
-  samples_.rate_hz = rate_hz;
 }
 
-void TrackedSamples::add(std::uint64_t tick, std::span<const Sighting> sightings) {
+void TrackedSamples::add(std::span<const Sighting> sightings) {
   if (sightings.size() < 3) return;
   begins_.push_back(samples_.sightings.size());
   for (Sighting s : sightings) {
-    s.tick = tick;
     s.point = 0;
     samples_.sightings.push_back(s);
   }

@@ -15,11 +15,11 @@ namespace glint {
 /// known of how they belong together.
 class TrackedSamples {
  public:
-  explicit TrackedSamples(std::vector<SampleCamera> cameras, double rate_hz);
+  TrackedSamples(std::vector<SampleCamera> cameras, double marker_radius_m);
 
-  /// One marker at one exposure; `sightings` has its camera and pixel. Fewer than three views are ignored:
-  /// they fit any calibration too easily.
-  void add(std::uint64_t tick, std::span<const Sighting> sightings);
+  /// One marker at one exposure, in the order of time; of `sightings` cameras and pixels are used. Fewer than
+  /// three views are ignored: they fit any calibration too easily.
+  void add(std::span<const Sighting> sightings);
   /// Thinned evenly to at most this many markers.
   SampleSet take(std::size_t most);
 
@@ -39,7 +39,7 @@ struct Refinement {
 };
 
 /// Bundle adjustment of all camera poses from where they are. Size, place and turn of the rig stay as they
-/// were (the best alignment of the camera positions), because markers of unknown distance tell nothing of
+/// were (the best alignment of the cameras), because markers of unknown distance tell nothing of
 /// them. Intrinsics are not touched. Throws Error if there are too few markers or a camera saw too few of
 /// them.
 Refinement refine(const Calibration& calibration, const SampleSet& samples);

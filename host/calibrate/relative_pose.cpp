@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::size_t kSample = 8;
 constexpr std::uint64_t kFewest = 16;
-constexpr std::size_t kTrialTicks = 300;  // spread over all: enough to rank trials by
+constexpr std::uint32_t kGoodSamples = 30;  // noise decides which of them are near the truth
+constexpr std::size_t kTrialTicks = 300;    // spread over all: enough to rank trials by
 
 struct Match {
   Eigen::Vector2d a, b;
@@ -83,13 +84,8 @@ class Search {
   std::optional<RelativePose> run() {
     if (all_.size() < kFewest || !try_samples()) return std::nullopt;
     best_cost_ = cost_of(best_, 1);
-    // Two rounds of least squares over the inliers: the second one has nearly all of them.
-    for (int round = 0; round < 2; ++round) {
-      const std::vector<Match> inliers = inliers_of(best_);
-      if (inliers.size() < kFewest) return std::nullopt;
-      if (const auto better = eight_point(inliers); better && cost_of(*better, 1) <= best_cost_)
-        best_ = *better, best_cost_ = cost_of(*better, 1);
-    }
+    improve(1);
+    if (inliers_of(best_).size() < kFewest) return std::nullopt;
     return pose_of_best();
   }
 
@@ -133,6 +129,20 @@ class Search {
     return inliers;
   }
 
+  /// Least squares over the inliers of the best so far, as long as that makes it better.
+  void improve(std::size_t stride) {
+    for (int round = 0; round < 5; ++round) {
+      const std::vector<Match> inliers = inliers_of(best_);
+      if (inliers.size() < kFewest) return;
+      const auto better = eight_point(inliers);
+      if (!better) return;
+      const double cost = cost_of(*better, stride);
+      if (!(cost < best_cost_)) return;
+      best_ = *better;
+      best_cost_ = cost;
+    }
+  }
+
   /// The eight points of a trial; of ends that look alike, guesses which is which.
   std::vector<Match> draw(std::minstd_rand& random) const {
     std::vector<Match> sample;
@@ -165,6 +175,8 @@ class Search {
       if (!(cost < best_cost_)) continue;
       best_cost_ = cost;
       best_ = *essential;
+      // Eight noisy points alone are often far off, though no outlier is among them.
+      improve(stride);
       needed = std::min(needed, trial + 1 +
                                     trials_left(static_cast<double>(inliers_of(best_).size()) /
                                                 static_cast<double>(all_.size())));
@@ -172,12 +184,12 @@ class Search {
     return std::isfinite(best_cost_);
   }
 
-  /// Until a sample without an outlier was drawn with 99.99 %.
+  /// Until kGoodSamples without an outlier are expected, and one was drawn with 99.99 %.
   std::uint32_t trials_left(double share) const {
     double good = std::pow(share, static_cast<double>(kSample));
     if (options_.ends_alike) good /= 16.0;  // four ticks, each guessed
-    if (good > 0.999) return 10;
-    const double trials = std::log(1e-4) / std::log(1.0 - good);
+    if (good > 0.999) return kGoodSamples;
+    const double trials = std::max(kGoodSamples / good, std::log(1e-4) / std::log(1.0 - good));
     return trials < options_.most_trials ? static_cast<std::uint32_t>(trials) + 10 : options_.most_trials;
   }
 

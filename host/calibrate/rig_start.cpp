@@ -47,10 +47,6 @@ PairTick common_points(const SampleTick& tick, const Sighting* first, const Plan
   return pair;
 }
 
-bool ends_alike(const Target& target) {
-  return target.kind == TargetKind::Wand && target.points_in_target.size() == 2;
-}
-
 /// Metres that the unit of a pair's translation stands for, from a wand's longest distance.
 std::optional<double> scale_of(const RelativePose& pose, const std::vector<PairTick>& ticks,
                                const Target& target) {
@@ -272,10 +268,19 @@ class Start {
   }
 
   std::string reason(std::uint32_t camera) const {
-    const CameraPair* best = nullptr;
-    for (const CameraPair& pair : pairs_)
-      if ((pair.a == camera || pair.b == camera) && (best == nullptr || pair.ticks > best->ticks))
-        best = &pair;
+    // With the rig if there is one, else with anybody.
+    const bool rig = std::any_of(placed_.begin(), placed_.end(), [](const auto& p) { return p.has_value(); });
+    const CameraPair *best = nullptr, *outside = nullptr;
+    for (const CameraPair& pair : pairs_) {
+      if (pair.a != camera && pair.b != camera) continue;
+      const CameraPair*& most = rig && !placed_[pair.a] && !placed_[pair.b] ? outside : best;
+      if (most == nullptr || pair.ticks > most->ticks) most = &pair;
+    }
+    if (best == nullptr && outside != nullptr) {
+      return "it saw the target together with " +
+             cameras_[outside->a == camera ? outside->b : outside->a].name +
+             ", but neither with one of the others. Move the target where both groups see it";
+    }
     if (best == nullptr)
       return "it never saw the target at the same time as another one. Move the target where it and a "
              "neighbour see it";
@@ -311,6 +316,10 @@ class Start {
 };
 
 }  // namespace
+
+bool ends_alike(const Target& target) {
+  return target.kind == TargetKind::Wand && target.points_in_target.size() == 2;
+}
 
 PlaneSightings undistorted(const SampleSet& samples, const std::vector<CameraCalibration>& cameras) {
   std::vector<Camera> lenses(cameras.begin(), cameras.end());

@@ -38,7 +38,10 @@ struct RigStart {
 RigStart start_rig(const SampleSet& samples, const PlaneSightings& seen,
                    const std::vector<CameraCalibration>& cameras);
 
-/// The ends of a wand with two markers look alike: renumbers each camera's so that all agree within a tick.
+/// Whether the target is a wand of two, whose ends nothing tells apart.
+bool ends_alike(const Target& target);
+
+/// Of such a wand: renumbers each camera's ends so that all agree within a tick.
 void match_ends(SampleSet& samples, PlaneSightings& seen, const std::vector<Pose>& camera_from_world);
 
 }  // namespace glint

@@ -117,13 +117,14 @@ class Timing {
   }
 
   SampleTiming solve() const {
-    // All cameras late alike changes nothing: their mean is zero.
+    // All cameras late alike changes nothing: their mean is zero. So is what nothing is known of.
     Eigen::MatrixXd bordered = Eigen::MatrixXd::Zero(count_ + 1, count_ + 1);
     bordered.topLeftCorner(count_, count_) = normal_;
     const double scale = std::max(1e-9, normal_.diagonal().maxCoeff());
     bordered.topRightCorner(count_, 1).setConstant(scale);
     bordered.bottomLeftCorner(1, count_).setConstant(scale);
-    const Eigen::MatrixXd inverse = bordered.fullPivLu().inverse().topLeftCorner(count_, count_);
+    const Eigen::MatrixXd inverse =
+        bordered.completeOrthogonalDecomposition().pseudoInverse().topLeftCorner(count_, count_);
     const Eigen::VectorXd delays = inverse * right_;
 
     // |r|^2 of what is left against how strongly it would feel independent moments: an offset and a slope.
@@ -187,13 +188,17 @@ std::vector<std::string> timing_sentences(const SampleTiming& timing, const Cali
         " rms, so that whatever moves is seen at different places. Use a hardware trigger, or move the "
         "target slowly and hold it still");
   }
+  // One late camera makes the mean of all late, but not their median. Of two cameras the later one is named.
+  std::vector<double> sorted;
+  for (const CameraTiming& camera : timing.cameras) sorted.push_back(camera.delay_s);
+  std::sort(sorted.begin(), sorted.end());
+  const double usual_s = sorted.empty() ? 0.0 : sorted[(sorted.size() - 1) / 2];
   for (std::size_t c = 0; c < timing.cameras.size(); ++c) {
-    const CameraTiming& camera = timing.cameras[c];
-    if (std::abs(camera.delay_s) < kLeastDelay_s || std::abs(camera.delay_s) < kClearly * camera.delay_sd_s)
-      continue;
-    sentences.push_back(
-        "the images of " + calibration.cameras[c].name + " are " + milliseconds(std::abs(camera.delay_s)) +
-        (camera.delay_s > 0.0 ? " later" : " earlier") + " than those of the others on average");
+    const double delay_s = timing.cameras[c].delay_s - usual_s;
+    if (std::abs(delay_s) < std::max(kLeastDelay_s, kClearly * timing.cameras[c].delay_sd_s)) continue;
+    sentences.push_back("the images of " + calibration.cameras[c].name + " are " +
+                        milliseconds(std::abs(delay_s)) + (delay_s > 0.0 ? " later" : " earlier") +
+                        " than those of the others on average");
   }
   return sentences;
 }

@@ -78,6 +78,20 @@ json header_of(const SampleSet& samples) {
           {"columns", {"tick", "camera", "point", "x_px", "y_px"}}};
 }
 
+void check_target(const Target& target) {
+  const std::vector<Eigen::Vector3d>& points = target.points_in_target;
+  if (points.empty()) throw Error("target.points_in_target_m is empty");
+  if (target.kind == TargetKind::Marker && points.size() != 1)
+    throw Error("target.points_in_target_m: a marker is one point");
+  if (target.kind != TargetKind::Wand) return;
+  std::vector<double> places_m;
+  for (const Eigen::Vector3d& p : points) {
+    if (p.y() != 0.0 || p.z() != 0.0) throw Error("target.points_in_target_m: a wand lies on the x axis");
+    places_m.push_back(p.x());
+  }
+  wand_target(places_m, target.marker_radius_m);
+}
+
 void take_header(const json& header, SampleSet& samples) {
   if (!header.is_object()) throw Error("expected the header of a file of calibration samples");
   if (header.at("kind") != "glint samples") throw Error("is no file of calibration samples");
@@ -95,7 +109,7 @@ void take_header(const json& header, SampleSet& samples) {
     if (!p.is_array() || p.size() != 3) throw Error(what + " has " + p.dump() + ": must be [x, y, z]");
     samples.target.points_in_target.emplace_back(real(p[0], what), real(p[1], what), real(p[2], what));
   }
-  if (samples.target.points_in_target.empty()) throw Error("target.points_in_target_m is empty");
+  check_target(samples.target);
   samples.rate_hz = not_negative(header.at("rate_hz"), "rate_hz");
   for (const json& c : header.at("cameras")) {
     const std::string name = c.at("name").get<std::string>();

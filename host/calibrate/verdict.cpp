@@ -231,6 +231,16 @@ std::vector<std::string> Judgement::reasons() const {
 }
 
 Judgement judge(const VerdictInput& input) {
+  if (!input.only.empty()) {
+    CalibrationQuality quality = *input.quality;
+    quality.cameras.clear();
+    std::vector<CoverageGrid> coverage;
+    for (const std::uint32_t camera : input.only) {
+      quality.cameras.push_back(input.quality->cameras[camera]);
+      if (!input.coverage.empty()) coverage.push_back(input.coverage[camera]);
+    }
+    return judge({&quality, coverage, nullptr, input.expected, input.target, {}});
+  }
   GLINT_CHECK(input.quality != nullptr);
   GLINT_CHECK(input.coverage.empty() || input.coverage.size() == input.quality->cameras.size());
   Judgement judgement;

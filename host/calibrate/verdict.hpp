@@ -42,6 +42,9 @@ struct VerdictInput {
   const Overlap* overlap = nullptr;
   std::optional<ExpectedErrorSummary> expected;  ///< at the places of the samples; empty: not known
   TargetKind target = TargetKind::Wand;
+  /// Judged are these cameras, which were placed anew among others that stayed; empty: all, and how they are
+  /// joined.
+  std::span<const std::uint32_t> only{};
 };
 
 Judgement judge(const VerdictInput& input);

@@ -175,6 +175,19 @@ std::string to_toml(const Rig& rig) {
   return text + sync_text(rig.sync) + capture_text(rig.capture);
 }
 
+namespace {
+
+bool is_rig_file(const std::filesystem::path& path) {
+  std::istringstream lines(read_text_file(path, kMaxConfigFileBytes));
+  for (std::string line; std::getline(lines, line);) {
+    std::erase_if(line, [](char c) { return c == ' ' || c == '\t'; });
+    if (line.starts_with("kind=\"rig\"")) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 void write_calibration(const std::filesystem::path& path, const Calibration& calibration, bool force) {
   const std::string text = to_toml(calibration);
   FileProblems problems(path);
@@ -184,6 +197,12 @@ void write_calibration(const std::filesystem::path& path, const Calibration& cal
     for (const std::string& line : problems.lines()) message += "\n" + line;
     throw Error(message);
   }
+  // A rig file says much more than where its cameras are.
+  if (force && std::filesystem::is_regular_file(path) &&
+      std::filesystem::file_size(path) <= kMaxConfigFileBytes && is_rig_file(path))
+    throw Error(path.string() +
+                ": is a rig file, which a calibration must not replace; write to another file, and name "
+                "that in the rig file's rig.calibration");
   write_text_file(path, text, force);
 }
 

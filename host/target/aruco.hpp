@@ -3,7 +3,6 @@
 // sources.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -15,11 +14,9 @@
 
 namespace glint {
 
-/// OpenCV's number of a dictionary that marker_bits.hpp knows.
-std::optional<unsigned> dictionary_number(std::string_view dictionary);
-
 #if GLINT_OPENCV
 
+/// One that marker_bits.hpp knows.
 cv::Ptr<cv::aruco::Dictionary> open_dictionary(std::string_view name);
 
 #else

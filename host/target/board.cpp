@@ -78,12 +78,12 @@ class BoardWords {
     // Nearer to the square's edge a marker's frame would run into the black squares and not be found.
     if (!(board.marker_m >= 0.3 * board.square_m && board.marker_m <= 0.9 * board.square_m))
       fail("a marker's side must be 0.3 to 0.9 of a square's");
-    for (const char c : words_[4]) board.dictionary += (c >= 'a' && c <= 'z') ? static_cast<char>(c - 32) : c;
-    if (board.dictionary.starts_with("DICT_")) board.dictionary.erase(0, 5);
+    board.dictionary = dictionary_name(words_[4]);
     const std::uint32_t known = markers_in(board.dictionary);
     if (known == 0) {
       fail("no dictionary \"" + std::string(words_[4]) +
-           "\" (4X4, 5X5, 6X6 or 7X7 with _50, _100, _250 or _1000; ARUCO_ORIGINAL)");
+           "\" (4X4, 5X5, 6X6 or 7X7 with _50, _100, _250 or _1000; ARUCO_ORIGINAL; APRILTAG_16h5, _25h9, "
+           "_36h10 or _36h11)");
     }
     board.legacy = words_.size() == 6;
     const std::size_t needed = board_markers(board).size();

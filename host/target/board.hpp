@@ -16,13 +16,13 @@ namespace glint {
 
 enum class BoardKind : std::uint8_t { Chessboard, Charuco };
 
-/// A chessboard, with or without ArUco markers in its white squares.
+/// A chessboard, with or without ArUco or AprilTag markers in its white squares.
 struct BoardSpec {
   BoardKind kind = BoardKind::Chessboard;
   std::uint32_t squares_across = 10, squares_down = 7;  ///< on the page, black and white counted
   double square_m = 0.025;
   double marker_m = 0.0;   ///< Charuco: side of a marker, its black frame included
-  std::string dictionary;  ///< Charuco: "4X4_50" to "7X7_1000", or "ARUCO_ORIGINAL"
+  std::string dictionary;  ///< Charuco: as dictionary_name() writes it, "4X4_50" or "APRILTAG_36h11"
   /// Charuco: the square in the upper left corner is white if squares_down is even, as OpenCV before 4.7
   /// prints it; else it is always black. Makes no difference if squares_down is odd.
   bool legacy = false;

@@ -2,30 +2,56 @@
 // The dictionaries' names, and their markers out of OpenCV.
 #include "host/target/marker_bits.hpp"
 
-#include <string>
+#include <algorithm>
+#include <iterator>
 
 #include "host/base/check.hpp"
 #include "host/target/aruco.hpp"
 
 namespace glint {
 
-std::uint32_t markers_in(std::string_view dictionary) {
-  const auto number = dictionary_number(dictionary);
-  if (!number) return 0;
-  constexpr std::uint32_t kSizes[] = {50, 100, 250, 1000};
-  return *number < 16 ? kSizes[*number % 4] : 1024;
+namespace {
+
+struct KnownDictionary {
+  std::string_view name;
+  std::uint32_t markers;
+};
+
+/// In the order of OpenCV's numbers.
+constexpr KnownDictionary kDictionaries[] = {
+    {"4X4_50", 50},           {"4X4_100", 100},      {"4X4_250", 250},      {"4X4_1000", 1000},
+    {"5X5_50", 50},           {"5X5_100", 100},      {"5X5_250", 250},      {"5X5_1000", 1000},
+    {"6X6_50", 50},           {"6X6_100", 100},      {"6X6_250", 250},      {"6X6_1000", 1000},
+    {"7X7_50", 50},           {"7X7_100", 100},      {"7X7_250", 250},      {"7X7_1000", 1000},
+    {"ARUCO_ORIGINAL", 1024}, {"APRILTAG_16h5", 30}, {"APRILTAG_25h9", 35}, {"APRILTAG_36h10", 2320},
+    {"APRILTAG_36h11", 587},
+};
+
+bool same_but_for_case(std::string_view a, std::string_view b) {
+  const auto small = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [small](char x, char y) { return small(x) == small(y); });
 }
 
-std::optional<unsigned> dictionary_number(std::string_view dictionary) {
-  unsigned number = 0;
-  for (const char* const bits : {"4X4", "5X5", "6X6", "7X7"}) {
-    for (const char* const size : {"_50", "_100", "_250", "_1000"}) {
-      if (dictionary == std::string(bits) + size) return number;
-      ++number;
-    }
-  }
-  if (dictionary == "ARUCO_ORIGINAL") return number;
-  return std::nullopt;
+const KnownDictionary* find_dictionary(std::string_view name) {
+  constexpr std::string_view kPrefix = "DICT_";
+  if (same_but_for_case(name.substr(0, kPrefix.size()), kPrefix)) name.remove_prefix(kPrefix.size());
+  const auto* const found =
+      std::find_if(std::begin(kDictionaries), std::end(kDictionaries),
+                   [name](const KnownDictionary& known) { return same_but_for_case(known.name, name); });
+  return found == std::end(kDictionaries) ? nullptr : found;
+}
+
+}  // namespace
+
+std::string_view dictionary_name(std::string_view typed) {
+  const KnownDictionary* const known = find_dictionary(typed);
+  return known != nullptr ? known->name : std::string_view();
+}
+
+std::uint32_t markers_in(std::string_view dictionary) {
+  const KnownDictionary* const known = find_dictionary(dictionary);
+  return known != nullptr ? known->markers : 0;
 }
 
 #if GLINT_OPENCV
@@ -49,8 +75,8 @@ MarkerBits marker_bits(std::string_view dictionary, std::uint32_t id) {
 }
 
 cv::Ptr<cv::aruco::Dictionary> open_dictionary(std::string_view name) {
-  const auto number = dictionary_number(name);
-  GLINT_CHECK(number.has_value());
+  const KnownDictionary* const known = find_dictionary(name);
+  GLINT_CHECK(known != nullptr);
   // Of OpenCV's releases some give the dictionary, others a pointer to it.
   struct Pointer {
     cv::Ptr<cv::aruco::Dictionary> operator()(cv::Ptr<cv::aruco::Dictionary> d) const { return d; }
@@ -58,8 +84,8 @@ cv::Ptr<cv::aruco::Dictionary> open_dictionary(std::string_view name) {
       return cv::makePtr<cv::aruco::Dictionary>(d);
     }
   };
-  return Pointer{}(
-      cv::aruco::getPredefinedDictionary(static_cast<cv::aruco::PREDEFINED_DICTIONARY_NAME>(*number)));
+  return Pointer{}(cv::aruco::getPredefinedDictionary(
+      static_cast<cv::aruco::PREDEFINED_DICTIONARY_NAME>(known - kDictionaries)));
 }
 
 #else

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ArUco dictionaries: names, sizes, and what each marker looks like.
+// The dictionaries of ArUco and AprilTag markers: names, sizes, and what each marker looks like.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,9 @@
 
 namespace glint {
 
+/// OpenCV's name without its DICT_, from one with or without it in capitals or not; empty: no such
+/// dictionary. Needs no OpenCV.
+std::string_view dictionary_name(std::string_view typed);
 /// Number of markers in a dictionary; 0: no such dictionary. Needs no OpenCV.
 std::uint32_t markers_in(std::string_view dictionary);
 

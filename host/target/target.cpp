@@ -39,8 +39,10 @@ Target wand_target(const std::vector<double>& places_m, double marker_radius_m) 
   if (places_m.back() > 10.0) fail("longer than 10 m: places are in metres");
   if (places_m.size() == 3) {
     const double a = places_m[1], b = places_m[2] - places_m[1];
-    if (std::abs(a - b) < 0.1 * std::max(a, b))
-      fail("the two spacings must differ by a tenth at least, or the ends cannot be told apart");
+    // Nearer to each other, a wand that is held steeply looks as if it were the other way round.
+    constexpr double kLeastRatio = 1.499;
+    if (std::max(a, b) < kLeastRatio * std::min(a, b))
+      fail("one spacing must be at least one and a half times the other, or the ends cannot be told apart");
   }
   Target target;
   target.kind = TargetKind::Wand;

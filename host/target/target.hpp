@@ -24,8 +24,9 @@ struct Target {
 
 Target marker_target(double marker_radius_m);
 
-/// Places of the wand's two or three markers on its axis, from the first (0) outwards. Of three, the spacings
-/// must differ by a tenth at least, for the ends to be told apart. Throws Error saying what is wrong.
+/// Places of the wand's two or three markers on its axis, from the first (0) outwards. Of three, one spacing
+/// must be one and a half times the other at least, for the ends to be told apart. Throws Error saying what
+/// is wrong.
 Target wand_target(const std::vector<double>& places_m, double marker_radius_m);
 
 }  // namespace glint

@@ -14,6 +14,8 @@ constexpr double kOffLine_px =
 constexpr double kShortest_px = 12.0;  // between the ends: seen end on, the spacings tell nothing
 constexpr double kNearest_m = 0.25;  // of a wand to a lens: nearer, readings the wrong way round begin to fit
 constexpr double kFarthest_m = 30.0;
+// Of the depth ratios of both readings of the ends, whose logarithms have a fixed sum: at 0.5 they are equal.
+constexpr double kSteepest = 0.3;
 constexpr double kClearly = 1.5;  // by which the second best reading must be worse
 
 }  // namespace
@@ -47,7 +49,9 @@ std::vector<FoundMarker> WandFinder::find(std::span<const shaders::BlobRecord> b
 
 // Let the rays to the markers be u1, u2, u3 with third coordinate 1 and the depths z1, z2, z3. The middle
 // marker at the share r of the wand's length gives z2 u2 = (1-r) z1 u1 + r z3 u3, hence, if it appears at the
-// share s from u1 to u3, z3/z1 = s (1-r) / (r (1-s)). The length then gives z1.
+// share s from u1 to u3, z3/z1 = s (1-r) / (r (1-s)). The length then gives z1. Read the other way round, the
+// same image has the ratio ((1-r)/r)^2 / (z3/z1): the steeper of the two readings is taken for wrong, and
+// both are where they do not clearly differ.
 double WandFinder::misfit(const Candidate& first, const Candidate& middle, const Candidate& last) const {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   const CameraCalibration& c = camera_.calibration();
@@ -61,13 +65,15 @@ double WandFinder::misfit(const Candidate& first, const Candidate& middle, const
   const double off_px = std::abs(along.x() * to_middle.y() - along.y() * to_middle.x()) / length_px;
   if (off_px > kOffLine_px + 0.01 * length_px) return kNever;
   const double length_m = target_.points_in_target[2].x(), r = target_.points_in_target[1].x() / length_m;
-  const double depth_ratio = s * (1.0 - r) / (r * (1.0 - s));
+  const double depth_ratio = s * (1.0 - r) / (r * (1.0 - s)), steepness = std::abs(std::log(depth_ratio));
+  const double of_both = 2.0 * std::abs(std::log((1.0 - r) / r));
+  if (steepness > kSteepest * of_both) return kNever;
   const Eigen::Vector3d between = depth_ratio * last.plane.homogeneous() - first.plane.homogeneous();
   const double depth_m = length_m / between.norm();
   if (std::min(depth_m, depth_m * depth_ratio) < kNearest_m ||
       std::max(depth_m, depth_m * depth_ratio) > kFarthest_m)
     return kNever;
-  return off_px + length_px * std::abs(std::log(depth_ratio)) * 0.1;
+  return off_px + length_px * steepness * 0.1;
 }
 
 std::vector<FoundMarker> WandFinder::find_three(const std::vector<Candidate>& candidates) {

@@ -26,7 +26,7 @@ constexpr unsigned kTicksInTwoSeconds = 180;
 
 unsigned seeds() {
   const char* const wanted = std::getenv("GLINT_HEALTH_SEEDS");
-  return wanted != nullptr ? static_cast<unsigned>(std::atoi(wanted)) : 5;
+  return wanted != nullptr ? static_cast<unsigned>(std::atoi(wanted)) : 2;
 }
 
 struct HealthRun {

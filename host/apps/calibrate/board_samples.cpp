@@ -2,6 +2,7 @@
 // Opens the source, finds the board, keeps what is new.
 #include "host/apps/calibrate/board_samples.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -29,7 +30,8 @@ class BoardCamera {
       : name_(camera.name),
         finder_(make_board_finder(source.board, source.finder)),
         session_(target, camera.size.width_px, camera.size.height_px),
-        most_views_(source.most_views) {}
+        most_views_(source.most_views),
+        still_(source.still) {}
 
   /// Empty points: no board that can be used.
   BoardPoints look(const gpu::ImageView& image) {
@@ -54,7 +56,7 @@ class BoardCamera {
     if (session_.views().size() > ticks_.size()) ticks_.push_back(tick);
   }
 
-  bool enough() const { return full() || session_.missing().empty(); }
+  bool enough() const { return full() || (!still_ && session_.missing().empty()); }
   const std::string& name() const noexcept { return name_; }
   std::size_t views() const noexcept { return ticks_.size(); }
 
@@ -62,6 +64,7 @@ class BoardCamera {
     std::string text = name_ + " " + std::to_string(views()) + " views";
     if (found_ == 0 && mirrored_ > 0) return text + ": the board is seen as in a mirror";
     if (found_ == 0 && other_layout_ > 0) return text + ": the board's markers are arranged otherwise";
+    if (still_) return text;
     const std::vector<std::string> missing = session_.missing();
     return text + (missing.empty() ? ", enough" : ": " + missing.front());
   }
@@ -69,7 +72,7 @@ class BoardCamera {
   std::string note(const BoardSpec& board) const {
     const std::string of = " of " + std::to_string(pictures_) + " pictures";
     std::string text = name_ + ": the board is in " + std::to_string(found_) + of + ", " +
-                       std::to_string(views()) + " kept that differ";
+                       std::to_string(views()) + (still_ ? " kept" : " kept that differ");
     if (inverted_ > 0) text += "; it is white on black, which does no harm";
     if (mirrored_ > 0) {
       text += "; in " + std::to_string(mirrored_) +
@@ -103,12 +106,13 @@ class BoardCamera {
   std::unique_ptr<BoardFinder> finder_;
   BoardSession session_;
   std::size_t most_views_;
+  bool still_;
   std::vector<std::uint64_t> ticks_;  // of the session's views
   std::uint64_t pictures_ = 0, found_ = 0, mirrored_ = 0, other_layout_ = 0, inverted_ = 0;
 };
 
 /// Looks for the board in all pictures of one tick and keeps what is wanted of it.
-void take(const FrameSet& set, bool together, std::vector<BoardCamera>& cameras) {
+void take(const FrameSet& set, const BoardSource& source, std::vector<BoardCamera>& cameras) {
   std::vector<BoardPoints> views(cameras.size());
   std::size_t seen = 0;
   bool any_new = false;
@@ -117,13 +121,13 @@ void take(const FrameSet& set, bool together, std::vector<BoardCamera>& cameras)
     views[c] = cameras[c].look(set.frames[c]->image());
     if (views[c].points.empty()) continue;
     ++seen;
-    any_new = any_new || cameras[c].is_new(views[c]);
+    any_new = any_new || source.still || cameras[c].is_new(views[c]);
   }
-  if (together && (seen < 2 || !any_new)) return;
+  if (source.together && (seen < 2 || !any_new)) return;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const bool wanted =
-        !views[c].points.empty() && !cameras[c].full() && (together || cameras[c].is_new(views[c]));
-    if (wanted) cameras[c].keep(number(set.trigger), views[c]);
+    if (views[c].points.empty() || cameras[c].full()) continue;
+    if (source.together || source.still || cameras[c].is_new(views[c]))
+      cameras[c].keep(number(set.trigger), views[c]);
   }
 }
 
@@ -185,7 +189,9 @@ BoardSamples collect_board_samples(const BoardSource& a) {
   if (!a.quiet) {
     std::fprintf(stderr, "glint: %s, %zu camera%s; board %s%s\n", a.source.c_str(), cameras.size(),
                  cameras.size() == 1 ? "" : "s", to_text(a.board).c_str(),
-                 source->live() ? "; move it slowly, Ctrl-C when you have had enough" : "");
+                 !source->live() ? ""
+                 : a.still       ? "; let it lie still"
+                                 : "; move it slowly, Ctrl-C when you have had enough");
   }
 
   std::atomic<bool> stopped{false};
@@ -199,10 +205,11 @@ BoardSamples collect_board_samples(const BoardSource& a) {
     while (!stopped) {
       status = source->read(pool, set);
       if (status == ReadStatus::End || status == ReadStatus::Failed) break;
-      take(set, a.together, cameras);
-      bool enough = source->live();
-      for (const BoardCamera& camera : cameras) enough = enough && camera.enough();
-      if (enough) break;
+      take(set, a, cameras);
+      const auto enough = [](const BoardCamera& camera) { return camera.enough(); };
+      if (source->live() && (a.still ? std::any_of(cameras.begin(), cameras.end(), enough)
+                                     : std::all_of(cameras.begin(), cameras.end(), enough)))
+        break;
       const auto now = std::chrono::steady_clock::now();
       if (now < next_line) continue;
       next_line = now + std::chrono::seconds(1);

@@ -23,11 +23,13 @@ struct BoardSource {
   std::size_t sim_views = 40;   ///< of each simulated camera
   std::size_t most_views = 80;  ///< kept of each camera; more take longer and tell little
   bool together = false;        ///< only ticks at which two cameras see it, and then all that do
+  bool still =
+      false;  ///< it lies still: every tick with it, whether it differs or not, until one camera is full
   bool quiet = false;
 };
 
 struct BoardSamples {
-  SampleSet samples;               ///< of each camera only views that differ from its others
+  SampleSet samples;  ///< of each camera only views that differ from its others, but for BoardSource::still
   std::vector<std::string> notes;  ///< one line a camera: pictures, views found and kept; why none, if so
   Calibration truth;               ///< sim only
 };

@@ -89,9 +89,7 @@ void run(const CheckArguments& a) {
     throw UsageError("--rig FILE is needed: the calibration to check");
   RunArguments arguments = a.run;
   if (!arguments.seconds && arguments.max_ticks == 0) arguments.seconds = 10.0;
-  const double radius_m = a.marker_radius_m >= 0.0 ? a.marker_radius_m
-                          : a.run.source == "sim"  ? a.run.sim.options.marker_radius_m
-                                                   : 0.0;
+  const double radius_m = sphere_radius_m(a.marker_radius_m, a.run);
   std::unique_ptr<Watch> watch;
   Rig rig;
   WandSamples taken = collect_wand_samples(
@@ -101,6 +99,7 @@ void run(const CheckArguments& a) {
         watch = std::make_unique<Watch>(rig);
       },
       [&](const TickBlobs& tick) { watch->take(tick); });
+  if (!taken.failure.empty()) throw Error(taken.failure);
   PlaneSightings seen = undistorted(taken.samples, taken.lenses);
   std::vector<Pose> poses;
   for (const CameraCalibration& camera : taken.lenses) poses.push_back(camera.world_from_camera.inverse());
@@ -123,7 +122,7 @@ void add_calibrate_check(CLI::App& calibrate) {
                    "places of its two or three markers, metres from the first: 0,0.13,0.39")
       ->delimiter(',')
       ->required();
-  command->add_option("--radius", a->marker_radius_m, "of the spheres, metres");
+  command->add_option("--radius", a->marker_radius_m, "of the spheres, metres (default: the rig file's)");
   command
       ->add_option("--tolerance", a->length_tolerance_m,
                    "of the wand's mean lengths, metres; three times that for 95 % of all")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // `glint calibrate extrinsics`: where the cameras stand, from a wand, a marker or a board moved before them.
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -31,12 +32,7 @@ struct ExtrinsicsArguments {
 };
 
 Target target_of(const ExtrinsicsArguments& a) {
-  const double radius_m = a.marker_radius_m >= 0.0 ? a.marker_radius_m
-                          : a.run.source == "sim"  ? a.run.sim.options.marker_radius_m
-                                                   : 0.0;
-  if (a.marker != a.wand_m.empty() || !a.board.empty())
-    throw UsageError(
-        "what is moved? --wand 0,0.13,0.39 (its markers' places in metres) or --marker, one of them");
+  const double radius_m = sphere_radius_m(a.marker_radius_m, a.run);
   return a.marker ? marker_target(radius_m) : wand_target(a.wand_m, radius_m);
 }
 
@@ -56,7 +52,7 @@ KnownCameraDistance distance_of(const std::string& text, const std::vector<Sampl
   KnownCameraDistance known;
   if (first == std::string::npos || second == std::string::npos ||
       std::sscanf(text.c_str() + second + 1, "%lf%c", &known.distance_m, &rest) != 1 ||
-      !(known.distance_m > 0.0))
+      !(known.distance_m > 0.0) || !std::isfinite(known.distance_m))
     throw UsageError("--distance " + text + ": must be CAMERA:CAMERA:METRES, like cam1:cam2:4.95");
   known.a = camera_named(text.substr(0, first), cameras, "--distance");
   known.b = camera_named(text.substr(first + 1, second - first - 1), cameras, "--distance");
@@ -87,16 +83,17 @@ std::vector<CameraCalibration> lenses_for(const SampleSet& samples, const std::s
 }
 
 void print(const CalibrationReport& report) {
-  std::printf("camera        fit rms    p95     held out rms    p95  px   left out\n");
+  const bool proved = report.quality.sightings_held_out > 0;
+  std::printf("camera        fit rms    p95  %s px   left out\n", proved ? "   held out rms    p95 " : "");
   for (const CameraQuality& c : report.quality.cameras) {
-    std::printf("%-12s %8.3f %7.3f %15.3f %7.3f %14llu\n", c.name.c_str(), c.fit_px.rms, c.fit_px.p95,
-                c.held_out_px.rms, c.held_out_px.p95, static_cast<unsigned long long>(c.outliers));
+    std::printf("%-12s %8.3f %7.3f", c.name.c_str(), c.fit_px.rms, c.fit_px.p95);
+    if (proved) std::printf(" %15.3f %7.3f", c.held_out_px.rms, c.held_out_px.p95);
+    std::printf(" %14llu\n", static_cast<unsigned long long>(c.outliers));
   }
   for (const LengthQuality& l : report.quality.lengths) {
-    std::printf(
-        "length %.4f m, held out %llu times: mean error %+.3f mm, sd %.3f mm, p95 %.3f mm, max %.3f mm\n",
-        l.true_m, static_cast<unsigned long long>(l.error_m.count), 1e3 * (l.mean_m - l.true_m), 1e3 * l.sd_m,
-        1e3 * l.error_m.p95, 1e3 * l.error_m.max);
+    std::printf("length %.4f m, %s %llu times: mean error %+.3f mm, sd %.3f mm, p95 %.3f mm, max %.3f mm\n",
+                l.true_m, proved ? "held out" : "fitted", static_cast<unsigned long long>(l.error_m.count),
+                1e3 * (l.mean_m - l.true_m), 1e3 * l.sd_m, 1e3 * l.error_m.p95, 1e3 * l.error_m.max);
   }
   std::printf("%s: %s\n", word_of(report.judgement.verdict), report.judgement.rule.c_str());
   for (const std::string& reason : report.judgement.reasons()) std::printf("  %s\n", reason.c_str());
@@ -107,6 +104,11 @@ struct Input {
   SampleSet samples;
   std::vector<CameraCalibration> lenses;
 };
+
+std::filesystem::path samples_file(const ExtrinsicsArguments& a) {
+  if (!a.samples.empty()) return a.samples;
+  return std::filesystem::path(a.output).replace_extension(".samples.jsonl");
+}
 
 Input take_boards(const ExtrinsicsArguments& a, const std::filesystem::path& file) {
   if (a.run.source == "sim")
@@ -137,38 +139,95 @@ Input take_input(const ExtrinsicsArguments& a) {
     std::vector<CameraCalibration> lenses = lenses_for(samples, a.run.rig_file);
     return {std::move(samples), std::move(lenses)};
   }
-  const std::filesystem::path file =
-      !a.samples.empty() ? std::filesystem::path(a.samples)
-                         : std::filesystem::path(a.output).replace_extension(".samples.jsonl");
-  if (!a.force && std::filesystem::exists(file))
-    throw Error(file.string() + ": exists already; --force replaces it");
+  const std::filesystem::path file = samples_file(a);
   if (!a.board.empty()) return take_boards(a, file);
   WandSamples taken = collect_wand_samples(a.run, target_of(a), a.quiet);
-  write_samples(file, taken.samples, a.force);  // kept before anything can go wrong with them
   if (!a.quiet)
     for (const std::string& note : taken.notes) std::fprintf(stderr, "glint: %s\n", note.c_str());
+  if (taken.samples.sightings.empty())
+    throw Error(a.run.source +
+                ": the target was never seen: glint detect shows what the cameras see; nothing was written");
+  write_samples(file, taken.samples, a.force);  // kept before anything can go wrong with them
+  if (!taken.failure.empty())
+    throw Error(taken.failure + "\nthe samples up to then are kept: --from " + file.string() +
+                " goes on with them");
   return {std::move(taken.samples), std::move(taken.lenses)};
 }
 
-void check(const ExtrinsicsArguments& a) {
-  if (!a.points.empty() &&
-      (!a.from.empty() || !a.run.source.empty() || !a.board.empty() || a.marker || !a.wand_m.empty()))
-    throw UsageError(
-        "--points has all that is known of the cameras: no SOURCE, --from, --wand, --marker or --board with "
-        "it");
-  if (a.points.empty() && a.from.empty() == a.run.source.empty())
+/// What is told twice or never, before anybody waves for a minute in vain.
+void check_options(const ExtrinsicsArguments& a) {
+  const int targets = (a.marker ? 1 : 0) + (a.wand_m.empty() ? 0 : 1) + (a.board.empty() ? 0 : 1);
+  const bool radius = a.marker_radius_m >= 0.0;
+  if (!a.points.empty()) {
+    if (!a.from.empty() || !a.run.source.empty() || targets > 0 || radius || !a.samples.empty() ||
+        !a.distance.empty() || !a.only.empty() || a.refine || !a.report.empty() || !a.json.empty())
+      throw UsageError(
+          "--points has all that is known of the cameras: only --rig, --output, --force and --quiet go with "
+          "it");
+    return;
+  }
+  if (a.from.empty() == a.run.source.empty())
     throw UsageError(
         "give a SOURCE to take samples from, or --from FILE with samples taken before; one of them");
-  for (const std::string& file : {a.output, a.report, a.json})
-    if (!file.empty() && !a.force && std::filesystem::exists(file))
-      throw Error(file + ": exists already; --force replaces it");
+  if (!a.distance.empty() && !a.only.empty())
+    throw UsageError("--distance with --only: the cameras that stay give the scale");
+  if (!a.from.empty()) {
+    if (targets > 0 || radius || !a.samples.empty())
+      throw UsageError(
+          "--from FILE has its target in it: no --wand, --marker, --board, --radius or --samples with it");
+    return;
+  }
+  if (targets != 1)
+    throw UsageError(
+        "what is moved? --wand 0,0.13,0.39 (its markers' places in metres), --marker or --board, one of "
+        "them");
+  if (radius && !a.board.empty()) throw UsageError("--radius with --board: a board has no spheres");
+  if (a.marker && a.distance.empty() && a.only.empty())
+    throw UsageError(
+        "a single marker tells no scale: --distance CAMERA:CAMERA:METRES between two lenses, or a --wand");
+  if (!a.marker && !a.distance.empty())
+    throw UsageError("--distance is for --marker alone: a wand and a board have their own scale");
+}
+
+void check_files(const ExtrinsicsArguments& a) {
+  std::vector<std::filesystem::path> files{a.output};
+  if (!a.report.empty()) files.emplace_back(a.report);
+  if (!a.json.empty()) files.emplace_back(a.json);
+  if (!a.run.source.empty()) files.push_back(samples_file(a));
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::filesystem::path folder = std::filesystem::absolute(files[i]).parent_path();
+    if (!std::filesystem::is_directory(folder))
+      throw Error(files[i].string() + ": there is no folder " + folder.string());
+    if (!a.force && std::filesystem::exists(files[i]))
+      throw Error(files[i].string() + ": exists already; --force replaces it");
+    for (std::size_t k = 0; k < i; ++k)
+      if (files[k].lexically_normal() == files[i].lexically_normal())
+        throw UsageError(files[i].string() + ": two things cannot be written to one file");
+  }
+  const std::string page = std::filesystem::path(a.report).extension().string();
+  if (!a.report.empty() && page != ".html" && page != ".htm")
+    throw UsageError("--report " + a.report + ": its name must end in .html");
+  if (!a.json.empty() && std::filesystem::path(a.json).extension() != ".json")
+    throw UsageError("--json " + a.json + ": its name must end in .json");
+}
+
+/// Cameras of the rig that the samples are not of stay as they were, too.
+void keep_unseen_cameras(const std::string& rig_file, Calibration& solved) {
+  if (rig_file.empty()) return;
+  Calibration whole = read_rig(rig_file).calibration;
+  for (CameraCalibration& camera : whole.cameras)
+    for (const CameraCalibration& known : solved.cameras)
+      if (known.name == camera.name) camera = known;
+  solved.cameras = std::move(whole.cameras);
 }
 
 void run(const ExtrinsicsArguments& a) {
-  check(a);
+  check_options(a);
+  check_files(a);
   if (!a.points.empty()) return place_by_known_points({a.points, a.run.rig_file, a.output, a.force});
   const Input input = take_input(a);
-  ExtrinsicsResult result = solve_extrinsics(input.samples, input.lenses, options_of(a, input.samples));
+  const ExtrinsicsOptions options = options_of(a, input.samples);
+  ExtrinsicsResult result = solve_extrinsics(input.samples, input.lenses, options);
   if (a.only.empty()) {
     const Pose up =
         provisional_world_from_world(result.calibration, sample_points(result.calibration, result.samples));
@@ -182,7 +241,7 @@ void run(const ExtrinsicsArguments& a) {
   result.calibration.made_from = "glint calibrate extrinsics, " + result.samples.target.name;
   const CalibrationReport report = make_calibration_report(
       "Calibration of " + std::to_string(input.lenses.size()) + " cameras", result.samples,
-      result.calibration, result.quality, result.uncertainty, result.notes);
+      result.calibration, result.quality, result.uncertainty, result.notes, options.only);
   print(report);
   if (!a.quiet)
     for (const std::string& note : result.notes) std::fprintf(stderr, "glint: note: %s\n", note.c_str());
@@ -190,6 +249,7 @@ void run(const ExtrinsicsArguments& a) {
   if (!a.json.empty()) write_calibration_report(a.json, report, a.force);
   if (report.judgement.verdict == Verdict::Refuse)
     throw Error("refused, no calibration was written: see above for what to do; the samples are kept");
+  if (!a.only.empty()) keep_unseen_cameras(a.run.rig_file, result.calibration);
   write_calibration(a.output, result.calibration, a.force);
   std::printf("wrote %s\n", a.output.c_str());
 }
@@ -211,7 +271,8 @@ void add_calibrate_extrinsics(CLI::App& calibrate) {
       "--points", a->points,
       "points measured by other means instead: CSV with camera,x_m,y_m,z_m,x_px,y_px; the world is theirs");
   command->add_flag("--marker", a->marker, "a single marker is moved; needs --distance");
-  command->add_option("--radius", a->marker_radius_m, "of the spheres, metres");
+  command->add_option("--radius", a->marker_radius_m, "of the spheres, metres (default: the rig file's)")
+      ->check(CLI::Range(0.0, 0.25));
   command->add_option("--distance", a->distance,
                       "CAMERA:CAMERA:METRES, between two lenses: the scale for --marker");
   command->add_option("--from", a->from, "samples taken before, instead of SOURCE");

@@ -46,6 +46,11 @@ void place_by_known_points(const KnownPoints& a) {
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const std::string& name = rig.cameras[c].name;
     const std::string count = std::to_string(points[c].pixels.size());
+    if (points[c].pixels.empty()) {
+      std::fprintf(stderr, "glint: note: %s: has no points of %s, which is left out\n", a.points.c_str(),
+                   name.c_str());
+      continue;
+    }
     if (points[c].pixels.size() < kFewestPoints)
       throw Error(a.points + ": has " + count + " points of " + name +
                   "; four on a plane are the least, six or more are better");
@@ -75,6 +80,7 @@ void place_by_known_points(const KnownPoints& a) {
     }
     found.cameras.push_back(std::move(camera));
   }
+  if (found.cameras.empty()) throw Error(a.points + ": has no points");
   found.made_at = utc_now();
   found.made_from =
       "glint calibrate extrinsics, known points of " + std::filesystem::path(a.points).filename().string();

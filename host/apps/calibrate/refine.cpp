@@ -36,7 +36,7 @@ SampleSet collect(const RefineArguments& a, Calibration& calibration) {
   std::vector<SampleCamera> cameras;
   for (const SourceCamera& camera : input.cameras())
     cameras.push_back({camera.name, camera.size.width_px, camera.size.height_px});
-  TrackedSamples samples(cameras, input.rate_hz());
+  TrackedSamples samples(cameras, run.rig.match.marker_radius_m);
   const StopSignal::Handler on_stop(stop_signal, [&input] { input.stop(); });
   MatchOptions options = run.rig.match;
   options.gate_px = std::max(options.gate_px, kGate_px);
@@ -66,7 +66,7 @@ SampleSet collect(const RefineArguments& a, Calibration& calibration) {
         const gpu::BlobRecord& blob = tick.cameras[c][static_cast<std::size_t>(point.blob_of_camera[c])];
         sightings.push_back({0, c, 0, {static_cast<double>(blob.x_px), static_cast<double>(blob.y_px)}});
       }
-      samples.add(number(tick.trigger), sightings);
+      samples.add(sightings);
       ++markers;
     }
     if (++ticks % 100 == 0)

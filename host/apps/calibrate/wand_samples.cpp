@@ -105,12 +105,23 @@ WandSamples collect_wand_samples(RunArguments arguments, const Target& target, b
     next_line = tick.detected + std::chrono::seconds(1);
     progress.show(collector.status_line());
   }
-  if (status == ReadStatus::Failed) throw Error(input.problem());
   result.samples = collector.take_samples();
+  put_in_order(result.samples);
   result.samples.rate_hz = input.rate_hz();
   result.notes = collector.notes();
-  if (!input.problem().empty()) result.notes.push_back(input.problem());
+  if (status == ReadStatus::Failed) {
+    if (result.samples.sightings.empty()) throw Error(input.problem());
+    result.failure = input.problem();
+  } else if (!input.problem().empty()) {
+    result.notes.push_back(input.problem());
+  }
   return result;
+}
+
+double sphere_radius_m(double given, const RunArguments& arguments) {
+  if (given >= 0.0) return given;
+  if (arguments.source == "sim") return arguments.sim.options.marker_radius_m;
+  return arguments.rig_file.empty() ? 0.0 : read_rig(arguments.rig_file).marker_radius_m;
 }
 
 }  // namespace glint::apps

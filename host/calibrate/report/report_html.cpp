@@ -75,12 +75,16 @@ std::string head(const std::string& name, const std::string& value, const std::s
 
 std::string heads_section(const CalibrationReport& report) {
   const CalibrationQuality& q = report.quality;
-  std::string s = head("Held-out reprojection error", px(q.held_out_rms_px) + " px rms",
-                       "fitted samples: " + px(q.fit_rms_px) + " px");
+  const bool proved = q.sightings_held_out > 0;
+  std::string s =
+      proved ? head("Held-out reprojection error", px(q.held_out_rms_px) + " px rms",
+                    "fitted samples: " + px(q.fit_rms_px) + " px")
+             : head("Reprojection error of the fit", px(q.fit_rms_px) + " px rms", "nothing was held out");
   if (!q.lengths.empty()) {
     const LengthQuality& longest = *std::max_element(
         q.lengths.begin(), q.lengths.end(), [](const auto& a, const auto& b) { return a.true_m < b.true_m; });
-    s += head("Held-out length error, p95", mm(longest.error_m.p95) + " mm",
+    s += head(proved ? "Held-out length error, p95" : "Length error of the fit, p95",
+              mm(longest.error_m.p95) + " mm",
               "of " + short_number(1e3 * longest.true_m, 1) + " mm; the mean is " +
                   mm(longest.mean_m - longest.true_m) + " mm off");
   }
@@ -251,7 +255,9 @@ std::string calibration_report_html(const CalibrationReport& report) {
                      escape_html(subtitle) + "</p></header>" + verdict_section(report.judgement) +
                      heads_section(report) + rig_section(report);
   const std::string lengths = length_section(report);
-  body += part("Held-out lengths and common samples") + "<section class=\"two\">" + lengths;
+  body += part(report.quality.sightings_held_out > 0 ? "Held-out lengths and common samples"
+                                                     : "Lengths of the fit and common samples") +
+          "<section class=\"two\">" + lengths;
   if (report.overlap.cameras() > 1) {
     body += card("Common samples", "How often each two cameras saw the target at the same tick.",
                  overlap_svg(report.overlap, names));

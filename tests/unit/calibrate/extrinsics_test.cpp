@@ -70,6 +70,21 @@ TEST(Extrinsics, OneMarkerDoesWithTheDistanceOfTwoCameras) {
   EXPECT_LT(test::worst_position_m(result.calibration, rig), 0.5e-3);
 }
 
+TEST(Extrinsics, TheSameSamplesGiveTheSameCalibrationToTheLastDigit) {
+  const Calibration rig = rig_of(4);
+  const SampleSet samples = test::wave(rig, kWand, 300, 0.05);
+  ExtrinsicsOptions options;
+  options.refine_intrinsics = true;
+  const ExtrinsicsResult a = solve_extrinsics(samples, lenses_of(rig), options);
+  const ExtrinsicsResult b = solve_extrinsics(samples, lenses_of(rig), options);
+  for (std::size_t c = 0; c < 4; ++c) {
+    const CameraCalibration &x = a.calibration.cameras[c], &y = b.calibration.cameras[c];
+    EXPECT_EQ(intrinsics_of(x), intrinsics_of(y));
+    EXPECT_EQ(x.world_from_camera.translation, y.world_from_camera.translation);
+    EXPECT_EQ(x.world_from_camera.rotation.coeffs(), y.world_from_camera.rotation.coeffs());
+  }
+}
+
 TEST(Extrinsics, OutliersAreLeftOutAndCounted) {
   const Calibration rig = rig_of(4);
   SampleSet samples = test::wave(rig, kWand, 500, 0.05);
@@ -126,6 +141,34 @@ TEST(Extrinsics, OneBumpedCameraIsPlacedAnewWhileTheOthersStay) {
   EXPECT_LT(found.rotation.angularDistance(truth.rotation), 2e-4);
 }
 
+TEST(Extrinsics, SoItIsByAWandOfTwoWhoseEndsLookAlikeAndWhereOneCameraSeesNothing) {
+  const Calibration rig = rig_of(4);
+  Calibration bumped = rig;
+  bumped.cameras[2].world_from_camera.rotation =
+      bumped.cameras[2].world_from_camera.rotation *
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()));
+  SampleSet samples = test::wave(bumped, wand_target({0.0, 0.5}, 0.0063), 300, 0.05);
+  std::erase_if(samples.sightings, [](const Sighting& s) { return s.camera == 3; });
+  ExtrinsicsOptions options;
+  options.only = {2};
+  const ExtrinsicsResult result = solve_extrinsics(samples, rig.cameras, options);
+  const Pose &found = result.calibration.cameras[2].world_from_camera,
+             &truth = bumped.cameras[2].world_from_camera;
+  EXPECT_LT((found.translation - truth.translation).norm(), 1e-3);
+  EXPECT_LT(found.rotation.angularDistance(truth.rotation), 3e-4);
+  EXPECT_EQ(result.calibration.cameras[3].world_from_camera.translation,
+            rig.cameras[3].world_from_camera.inverse().inverse().translation);
+  for (const std::string& note : result.notes) EXPECT_EQ(note.find("nan"), std::string::npos) << note;
+}
+
+TEST(Extrinsics, OutliersOfTwoCamerasAreCountedToo) {
+  const Calibration rig = rig_of(2);
+  SampleSet samples = test::wave(rig, kWand, 500, 0.05);
+  for (std::size_t i = 0; i < samples.sightings.size(); i += 97) samples.sightings[i].pixel.y() += 25.0;
+  const ExtrinsicsResult result = solve_extrinsics(samples, lenses_of(rig), {});
+  EXPECT_GT(result.quality.outliers, 15u);
+}
+
 /// Monte Carlo: the standard deviations that are promised are those that are found.
 TEST(Extrinsics, StandardDeviationsAreTrue) {
   const Calibration rig = rig_of(4);
@@ -173,6 +216,10 @@ TEST(Extrinsics, WhatCannotWorkIsRefusedWithTheReason) {
   std::erase_if(samples.sightings, [](const Sighting& s) { return s.camera != 3 && s.tick % 2 == 1; });
   EXPECT_THAT(refusal(samples, lenses),
               HasSubstr("cam4 cannot be joined to the other cameras: it never saw"));
+
+  samples = test::wave(rig, kWand, 300, 0.05);
+  std::erase_if(samples.sightings, [](const Sighting& s) { return (s.camera < 2) != (s.tick % 2 == 0); });
+  EXPECT_THAT(refusal(samples, lenses), HasSubstr("neither with one of the others"));
 
   std::vector<CameraCalibration> small = lenses;
   small[1].width_px = 640;

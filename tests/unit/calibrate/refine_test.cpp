@@ -13,8 +13,8 @@ namespace {
 
 SampleSet markers_of(const Calibration& rig, std::size_t count) {
   const SampleSet waved = test::wave(rig, marker_target(0.0), count, 0.03);
-  TrackedSamples tracked(waved.cameras, 90.0);
-  for (const SampleTick& tick : ticks_of(waved)) tracked.add(tick.tick, tick.sightings);
+  TrackedSamples tracked(waved.cameras, 0.0);
+  for (const SampleTick& tick : ticks_of(waved)) tracked.add(tick.sightings);
   return tracked.take(2000);
 }
 
@@ -34,6 +34,21 @@ TEST(Refine, ADriftedRigComesBackAndAGoodOneIsLeftAlone) {
 
   const Refinement same = refine(rig, samples);
   EXPECT_FALSE(same.better) << same.reason;
+}
+
+/// Their positions alone leave a turn about the line open.
+TEST(Refine, CamerasOnALineStayTurnedAsTheyWere) {
+  Calibration rig = sim_calibration({});
+  rig.cameras.resize(3);
+  const Pose first = rig.cameras[0].world_from_camera;
+  for (std::size_t c = 0; c < 3; ++c) {
+    rig.cameras[c].world_from_camera = first;
+    rig.cameras[c].world_from_camera.translation +=
+        0.6 * static_cast<double>(c) * (first.rotation * Eigen::Vector3d::UnitX());
+  }
+  const Refinement same = refine(rig, markers_of(rig, 2500));
+  EXPECT_LT(same.worst_turn_rad, 2e-4);
+  EXPECT_LT(same.worst_shift_m, 2e-3);
 }
 
 TEST(Refine, TooFewMarkersAreRefused) {

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <fstream>
@@ -19,6 +20,7 @@
 namespace glint::test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -214,6 +216,21 @@ TEST_F(Samples, BadRowsAreNamed) {
     const std::string found = complaint_of(kHeader + "\n[0,0,0,1,2]\n" + row + "\n[9,0,0,1,2]\n");
     EXPECT_THAT(found, HasSubstr("bad.jsonl:3: ")) << row;
     EXPECT_THAT(found, HasSubstr(what)) << row;
+  }
+}
+
+TEST_F(Samples, ATargetThatCannotBeIsRefused) {
+  for (const auto& [kind, points, what] : std::vector<std::array<std::string, 3>>{
+           {"wand", "[[0,0,0],[0,0,0]]", "0.01 m"},
+           {"wand", "[[0,0,0],[0.1,0,0],[0.4,0,0],[1,0,0]]", "two or three markers"},
+           {"wand", "[[0,0,0],[0.1,0.2,0]]", "a wand lies on the x axis"},
+           {"wand", "[[0,0,0]]", "two or three markers"},
+           {"marker", "[[0,0,0],[0.1,0,0]]", "a marker is one point"},
+           {"board", "[]", "is empty"}}) {
+    const std::string header = R"({"format":1,"kind":"glint samples","target":{"kind":")" + kind +
+                               R"(","name":"x","marker_radius_m":0,"points_in_target_m":)" + points +
+                               R"(},"rate_hz":0,"cameras":[{"name":"a","width_px":64,"height_px":48}]})";
+    EXPECT_THAT(complaint_of(header + "\n"), AllOf(HasSubstr("bad.jsonl:1: "), HasSubstr(what))) << points;
   }
 }
 

@@ -152,5 +152,15 @@ TEST(Verdict, Words) {
   EXPECT_STREQ(word_of(Verdict::Refuse), "refuse");
 }
 
+TEST(Verdict, OfOneCameraPlacedAnewTheOthersDoNotCount) {
+  Case rig;
+  rig.quality.cameras[3].fit_px = {};
+  rig.coverage[3] = CoverageGrid(1280, 800);
+  EXPECT_EQ(rig.judgement().verdict, Verdict::Refuse);
+  const std::vector<std::uint32_t> anew{1};
+  EXPECT_EQ(judge({&rig.quality, rig.coverage, &rig.overlap, rig.expected, rig.target, anew}).verdict,
+            Verdict::Excellent);
+}
+
 }  // namespace
 }  // namespace glint

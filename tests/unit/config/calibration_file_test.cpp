@@ -9,6 +9,7 @@
 #include <random>
 
 #include "host/config/rig.hpp"
+#include "host/files/text_file.hpp"
 #include "tests/unit/config/config_fixture.hpp"
 
 namespace glint {
@@ -325,6 +326,19 @@ TEST(CalibrationFile, EveryTruncationIsAnErrorNotACrash) {
     const auto path = folder.write("c.toml", text.substr(0, length));
     EXPECT_NE(error_of([&] { read_calibration(path); }), "no error") << length;
   }
+}
+
+TEST(CalibrationFile, NeverReplacesARigFile) {
+  const TempFolder folder;
+  const std::string text = "format = 1\nkind = \"rig\"  # with settings of its own\n";
+  const auto path = folder.write("rig.toml", text);
+  Calibration calibration;
+  calibration.cameras.resize(1);
+  calibration.cameras[0].name = "a";
+  calibration.cameras[0].width_px = 640, calibration.cameras[0].height_px = 480;
+  const std::string error = error_of([&] { write_calibration(path, calibration, true); });
+  EXPECT_NE(error.find("is a rig file"), std::string::npos) << error;
+  EXPECT_EQ(read_text_file(path, 1000), text);
 }
 
 }  // namespace

@@ -84,14 +84,18 @@ TEST_P(BoardFinderOf, FindsCornersWithoutBias) {
   EXPECT_LT(rms, 0.1);
 }
 
-INSTANTIATE_TEST_SUITE_P(Boards, BoardFinderOf,
-                         ::testing::Values("chessboard:9x6:25mm", "chessboard:8x6:30mm",
-                                           "charuco:8x5:40mm:30mm:5X5_100",
-                                           "charuco:5x4:54mm:40.5mm:4X4_1000:legacy"));
+INSTANTIATE_TEST_SUITE_P(
+    Boards, BoardFinderOf,
+    ::testing::Values("chessboard:9x6:25mm", "chessboard:8x6:30mm", "charuco:8x5:40mm:30mm:5X5_100",
+                      "charuco:5x4:54mm:40.5mm:4X4_1000:legacy", "charuco:8x5:40mm:30mm:APRILTAG_16h5",
+                      "charuco:8x5:40mm:30mm:APRILTAG_25h9", "charuco:8x5:40mm:30mm:APRILTAG_36h10",
+                      "charuco:8x5:30mm:22mm:APRILTAG_36h11"));
 
 TEST(BoardFinder, KnowsWhichCornerIsWhichHoweverTheBoardIsTurned) {
   if (!have_board_finder()) GTEST_SKIP() << "built without OpenCV";
-  for (const char* const text : {"chessboard:9x6:25mm", "charuco:8x5:40mm:30mm:5X5_100"}) {
+  for (const char* const text :
+       {"chessboard:9x6:25mm", "charuco:8x5:40mm:30mm:5X5_100", "charuco:8x5:40mm:30mm:APRILTAG_16h5",
+        "charuco:8x5:40mm:30mm:APRILTAG_36h11"}) {
     const BoardSpec board = parse_board(text);
     for (int turn = 0; turn < 8; ++turn) {
       const Pose pose = facing(board, 0.6, (turn + 0.1) * std::numbers::pi / 4.0);

@@ -78,15 +78,16 @@ TEST(BoardPage, CharucoHasItsMarkers) {
               std::string::npos);
     return;
   }
-  const BoardSpec board = parse_board("charuco:8x5:30mm:22mm:5X5_100");
-  const std::string svg = board_svg(board, parse_page("a4"));
-  // The black frame of a marker is one cell high and seven wide, in one piece.
-  const double cell_mm = 22.0 / 7.0;
-  char frame[60];
-  std::snprintf(frame, sizeof frame, "h%.4fv%.4f", 22.0, cell_mm);
-  std::size_t frames = 0;
-  for (std::size_t at = svg.find(frame); at != std::string::npos; at = svg.find(frame, at + 1)) ++frames;
-  EXPECT_GE(frames, 2u * 20u);
+  for (const auto& [dictionary, cells] : {std::pair{"5X5_100", 7}, std::pair{"APRILTAG_36h11", 8}}) {
+    const BoardSpec board = parse_board(std::string("charuco:8x5:30mm:22mm:") + dictionary);
+    const std::string svg = board_svg(board, parse_page("a4"));
+    // The black frame of a marker is one cell high and all of its cells wide, in one piece.
+    char frame[60];
+    std::snprintf(frame, sizeof frame, "h%.4fv%.4f", 22.0, 22.0 / cells);
+    std::size_t frames = 0;
+    for (std::size_t at = svg.find(frame); at != std::string::npos; at = svg.find(frame, at + 1)) ++frames;
+    EXPECT_GE(frames, 2u * 20u) << dictionary;
+  }
 }
 
 }  // namespace

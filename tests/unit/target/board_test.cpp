@@ -27,13 +27,18 @@ std::string complaint(const std::string& text) {
 TEST(Board, IsParsedAndWrittenAsItWasTyped) {
   for (const char* const text :
        {"chessboard:9x6:25mm", "chessboard:2x2:0.1m", "charuco:5x4:54mm:40.5mm:4X4_1000",
-        "charuco:8x6:33.3mm:24mm:5X5_100:legacy", "charuco:3x3:2mm:1mm:ARUCO_ORIGINAL"}) {
+        "charuco:8x6:33.3mm:24mm:5X5_100:legacy", "charuco:3x3:2mm:1mm:ARUCO_ORIGINAL",
+        "charuco:8x5:30mm:22mm:APRILTAG_36h11"}) {
     const BoardSpec board = parse_board(text);
     EXPECT_EQ(to_text(parse_board(to_text(board))), to_text(board));
   }
   EXPECT_EQ(to_text(parse_board("chessboard:9x6:2.5cm")), "chessboard:9x6:25mm");
   EXPECT_EQ(to_text(parse_board("charuco:5x4:0.054m:40.5mm:dict_4x4_1000")),
             "charuco:5x4:54mm:40.5mm:4X4_1000");
+  for (const char* const typed : {"APRILTAG_36h11", "apriltag_36H11", "DICT_APRILTAG_36h11"}) {
+    EXPECT_EQ(to_text(parse_board(std::string("charuco:8x5:30mm:22mm:") + typed)),
+              "charuco:8x5:30mm:22mm:APRILTAG_36h11");
+  }
   const BoardSpec chessboard = parse_board("chessboard:9x6:25mm");
   EXPECT_EQ(chessboard.squares_across, 10u);
   EXPECT_EQ(chessboard.squares_down, 7u);
@@ -62,6 +67,8 @@ TEST(Board, SaysWhatIsWrong) {
   EXPECT_NE(complaint("charuco:5x4:54mm:54mm:4X4_1000").find("0.3 to 0.9"), std::string::npos);
   EXPECT_NE(complaint("charuco:5x4:54mm:40mm:8X8_50").find("no dictionary \"8X8_50\""), std::string::npos);
   EXPECT_NE(complaint("charuco:12x12:20mm:15mm:4X4_50").find("needs 72 markers; 4X4_50 has 50"),
+            std::string::npos);
+  EXPECT_NE(complaint("charuco:9x8:20mm:15mm:apriltag_25h9").find("needs 36 markers; APRILTAG_25h9 has 35"),
             std::string::npos);
   EXPECT_NE(complaint("charuco:5x4:54mm:40mm:4X4_50:new").find("needs four things"), std::string::npos);
 }
@@ -117,9 +124,10 @@ TEST(Board, MarkersAreInTheWhiteSquares) {
 
 TEST(Board, MarkersDifferFromOneAnotherHoweverTheyAreTurned) {
   if (!have_board_finder()) GTEST_SKIP() << "built without OpenCV";
-  for (const char* const dictionary : {"4X4_50", "6X6_250", "ARUCO_ORIGINAL"}) {
+  for (const char* const dictionary : {"4X4_50", "6X6_250", "ARUCO_ORIGINAL", "APRILTAG_16h5",
+                                       "APRILTAG_25h9", "APRILTAG_36h10", "APRILTAG_36h11"}) {
     std::set<std::vector<bool>> known;
-    for (std::uint32_t id = 0; id < 50; ++id) {
+    for (std::uint32_t id = 0; id < std::min(50u, markers_in(dictionary)); ++id) {
       MarkerBits bits = marker_bits(dictionary, id);
       ASSERT_EQ(bits.black.size(), bits.side * bits.side);
       for (std::uint32_t i = 0; i < bits.side; ++i) {
@@ -137,11 +145,25 @@ TEST(Board, MarkersDifferFromOneAnotherHoweverTheyAreTurned) {
   }
 }
 
+TEST(Board, AprilTagsAreThoseOfTheFamily) {
+  if (!have_board_finder()) GTEST_SKIP() << "built without OpenCV";
+  // The first code of family 36h11 as its authors publish it, row by row with 1 for white; OpenCV's markers
+  // are turned by half against theirs.
+  constexpr std::uint64_t kFirst = 0xd5d628584;
+  const MarkerBits bits = marker_bits("APRILTAG_36h11", 0);
+  ASSERT_EQ(bits.side, 8u);
+  for (std::uint32_t y = 0; y < 6; ++y)
+    for (std::uint32_t x = 0; x < 6; ++x)
+      EXPECT_EQ(bits.black[(y + 1) * 8 + x + 1], ((kFirst >> (6 * y + x)) & 1) == 0) << x << " " << y;
+}
+
 TEST(Board, SizesOfDictionaries) {
   EXPECT_EQ(markers_in("4X4_50"), 50u);
   EXPECT_EQ(markers_in("7X7_1000"), 1000u);
   EXPECT_EQ(markers_in("ARUCO_ORIGINAL"), 1024u);
   EXPECT_EQ(markers_in("4X4_51"), 0u);
+  EXPECT_EQ(markers_in("APRILTAG_16h5"), 30u);
+  EXPECT_EQ(markers_in("APRILTAG_36h11"), 587u);
 }
 
 }  // namespace
