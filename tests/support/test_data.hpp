@@ -2,6 +2,7 @@
 // The folder of real recordings that some tests read.
 #pragma once
 
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -19,6 +20,19 @@ inline std::optional<std::filesystem::path> test_data(const std::string& recordi
   std::cout << "SKIPPED: no " << recording << " in GLINT_TEST_DATA (" << (root != nullptr ? root : "not set")
             << ")\n";
   return std::nullopt;
+}
+
+/// A copy in which bytes were put in or lost is no basis for a verdict on the reader.
+inline bool is_intact(const std::filesystem::path& folder, const std::string& extension,
+                      std::uintmax_t total_bytes) {
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() == extension) bytes += entry.file_size();
+  }
+  if (bytes == total_bytes) return true;
+  std::cout << "SKIPPED: " << folder << " holds " << bytes << " bytes of " << extension << ", the original "
+            << total_bytes << ": this copy is damaged\n";
+  return false;
 }
 
 }  // namespace glint::test

@@ -109,7 +109,7 @@ void expect_figures(const IntrinsicsResult& result, const std::array<double, 4>&
 
 TEST(RealBoards, ChessboardPicturesGiveTheReferenceLenses) {
   const auto data = test::test_data("opencv-stereo-chessboard");
-  if (!data) GTEST_SKIP();
+  if (!data || !test::is_intact(*data, ".jpg", 711'386)) GTEST_SKIP();
   if (!have_board_finder()) GTEST_SKIP() << "built without OpenCV";
   // The reference: OpenCV's calibrateCamera, k3 estimated, with corners from windows of 23 pixels.
   const SampleSet samples = stereo_samples(*data, {11});
@@ -123,7 +123,7 @@ TEST(RealBoards, ChessboardPicturesGiveTheReferenceLenses) {
 
 TEST(RealBoards, ChessboardPicturesAreExplainedTwiceAsWellByGlintsOwnWindowsAndLoss) {
   const auto data = test::test_data("opencv-stereo-chessboard");
-  if (!data) GTEST_SKIP();
+  if (!data || !test::is_intact(*data, ".jpg", 711'386)) GTEST_SKIP();
   if (!have_board_finder()) GTEST_SKIP() << "built without OpenCV";
   const SampleSet samples = stereo_samples(*data, {});
   for (std::uint32_t camera : {0u, 1u}) {
@@ -138,7 +138,7 @@ TEST(RealBoards, ChessboardPicturesAreExplainedTwiceAsWellByGlintsOwnWindowsAndL
 
 TEST(RealBoards, CornersAgreeWithTheStoredOnesAndAMirroredBoardIsSaidToBeOne) {
   const auto data = test::test_data("caliscope-4cam-charuco-video");
-  if (!data) GTEST_SKIP();
+  if (!data || !test::is_intact(*data / "prerecorded_calibration", ".mp4", 6'445'224)) GTEST_SKIP();
   if (!have_board_finder()) GTEST_SKIP() << "built without OpenCV";
   const auto folder = *data / "prerecorded_calibration/calibration/intrinsic";
   const StoredCorners stored = read_stored(folder / "CHARUCO/xy_CHARUCO.csv");

@@ -30,21 +30,9 @@ std::vector<std::uint8_t> raw_pixels(const fs::path& path) {
   return pixels;
 }
 
-/// A copy in which bytes were put in or lost is no basis for a verdict on the reader.
-bool is_intact(const fs::path& folder, const std::string& extension, std::uintmax_t total_bytes) {
-  std::uintmax_t bytes = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.path().extension() == extension) bytes += entry.file_size();
-  }
-  if (bytes == total_bytes) return true;
-  std::cout << "SKIPPED: " << folder << " holds " << bytes << " bytes of " << extension << ", the original "
-            << total_bytes << ": this copy is damaged\n";
-  return false;
-}
-
 TEST(RealRecordings, ParticleImagesAreReadAsStored) {
   const auto folder = test::test_data("particles-3cam");
-  if (!folder || !is_intact(*folder, ".tif", kParticleBytes)) GTEST_SKIP();
+  if (!folder || !test::is_intact(*folder, ".tif", kParticleBytes)) GTEST_SKIP();
   const auto source = open_image_source(folder->string(), {});
   ASSERT_THAT(source->cameras(), SizeIs(3));
   ReadStatus last{};
@@ -73,7 +61,7 @@ class RealVideos : public ::testing::TestWithParam<VideoFolder> {};
 TEST_P(RealVideos, GiveAllTheirFrames) {
   const auto folder = test::test_data("caliscope-4cam-charuco-video");
   if (!folder) GTEST_SKIP();
-  if (!is_intact(*folder / GetParam().path, ".mp4", GetParam().bytes)) GTEST_SKIP();
+  if (!test::is_intact(*folder / GetParam().path, ".mp4", GetParam().bytes)) GTEST_SKIP();
   const auto source = open_image_source((*folder / GetParam().path).string(), {});
   ASSERT_THAT(source->cameras(), SizeIs(4));
   FramePool pool(test::sizes_of(*source), 2);
@@ -99,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(RealRecordings, ChessboardJpegsAreReadWhole) {
   const auto folder = test::test_data("opencv-stereo-chessboard");
-  if (!folder || !is_intact(*folder, ".jpg", kChessboardBytes)) GTEST_SKIP();
+  if (!folder || !test::is_intact(*folder, ".jpg", kChessboardBytes)) GTEST_SKIP();
   for (const auto& entry : fs::directory_iterator(*folder)) {
     if (entry.path().extension() != ".jpg") continue;
     const GreyImage image = read_grey_image(entry.path());
