@@ -140,7 +140,7 @@ void write_recording(const SimCommandArguments& a, const SimOptions& options, co
   SimSource source(scene, {false, ticks});
   prepare_folder(folder, a, source.cameras());
   check_space(folder, a, options, ticks);
-  write_calibration(folder / "calibration.toml", scene.calibration(), a.force);
+  write_calibration(folder / "calibration.toml", told_calibration(a.sim, scene.calibration()), a.force);
   CsvFile frames_csv(folder / "frames.csv", "camera,frame,sequence,time_ns");
   CsvFile truth_csv(folder / "truth.csv", "tick,marker,x_m,y_m,z_m,cameras_visible,cameras_clean,crb_m");
 
@@ -190,7 +190,7 @@ void run(const SimCommandArguments& a) {
   const Scene scene(options);
   if (!a.out.empty()) write_recording(a, options, scene);
   if (!a.rig_out.empty()) {
-    write_calibration(a.rig_out, scene.calibration(), a.force);
+    write_calibration(a.rig_out, told_calibration(a.sim, scene.calibration()), a.force);
     std::printf("%s: calibration of the simulated rig\n", a.rig_out.c_str());
   }
 }

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "host/apps/alignment_text.hpp"
+#include "host/apps/body_text.hpp"
 #include "host/apps/commands.hpp"
 #include "host/apps/health_text.hpp"
+#include "host/apps/identity_text.hpp"
+#include "host/apps/live_cameras.hpp"
 #include "host/apps/real_time_arguments.hpp"
 #include "host/apps/run_arguments.hpp"
 #include "host/apps/run_summary.hpp"
@@ -16,6 +20,7 @@
 #include "host/apps/stop_signal.hpp"
 #include "host/base/error.hpp"
 #include "host/files/text_file.hpp"
+#include "host/output/body_sink.hpp"
 #include "host/output/report.hpp"
 #include "host/output/report_recorder.hpp"
 #include "host/output/track_sink.hpp"
@@ -27,7 +32,8 @@ namespace {
 
 struct TrackArguments {
   RunArguments run;
-  std::string output = "none", report, summary;
+  std::string output = "none", poses, report, summary;
+  std::vector<std::filesystem::path> body_files;
   RealTimeArguments real_time;
   bool force = false, quiet = false;
 };
@@ -35,9 +41,15 @@ struct TrackArguments {
 /// The output thread's part of a run: sinks, recorder, score, status line.
 class TrackOutput {
  public:
-  TrackOutput(const OutputSpec& spec, const Scene* scene, std::vector<std::string> cameras, bool quiet)
-      : sink_(make_track_sink(spec)), cameras_(std::move(cameras)), status_(quiet) {
+  /// `pose_score`: the bodies are the scene's own, in its order.
+  TrackOutput(const TrackArguments& a, const OutputSpec& spec, const Scene* scene,
+              std::vector<std::string> cameras, std::vector<BodyModel> bodies, bool pose_score)
+      : sink_(make_track_sink(spec, bodies)), cameras_(std::move(cameras)), status_(a.quiet) {
+    if (!a.poses.empty()) body_sink_.emplace(a.poses, a.force, bodies);
     if (scene != nullptr) score_.emplace(*scene);
+    if (pose_score) pose_score_.emplace(*scene);
+    bodies_.steadiness.resize(bodies.size());
+    bodies_.bodies = std::move(bodies);
   }
 
   void take(const TickResult& tick, TrackPipeline& pipeline) {
@@ -47,12 +59,21 @@ class TrackOutput {
     if (tick.live) row.exposed_error_s = tick.live->exposed_error_s, row.stamped = tick.live->stamped;
     row.unproven = tick.unproven;
     row.dark = tick.dark;
+    row.identity = tick.identity;
+    row.bodies = tick.bodies;
     for (const AlignmentEvent& event : tick.events) print_event(event_text(event, cameras_));
     for (const HealthEvent& event : tick.health) print_event(event_text(event, cameras_));
-    if (sink_->write(row) != SinkStatus::Ok && sink_problem_.empty()) {
-      sink_problem_ = sink_->problem();
-      std::fprintf(stderr, "glint: output: %s; the run ends\n", sink_problem_.c_str());
-      pipeline.stop();
+    identity_.take(tick.trigger, tick.identity, std::chrono::steady_clock::now(), lines_);
+    for (const std::string& line : lines_) print_event(line);
+    for (const BodyEvent& event : tick.body_events)
+      print_event(event_text(tick.trigger, event, bodies_.bodies));
+    if (sink_->write(row) != SinkStatus::Ok) end_run(sink_->problem(), pipeline);
+    if (body_sink_ && body_sink_->write(tick.trigger, tick.exposed, tick.bodies) != SinkStatus::Ok)
+      end_run(body_sink_->problem(), pipeline);
+    if (!tick.dark) bodies_.add(tick.bodies);
+    if (pose_score_ && !tick.dark) {
+      to_scored(tick.bodies, scored_poses_);
+      pose_score_->add(number(tick.trigger), scored_poses_);
     }
     recorder_.add({tick.exposed, tick.points, tick.detection_s(), tick.end_to_end_s(), since_stamp_s(tick)});
     if (tick.live) {
@@ -60,10 +81,12 @@ class TrackOutput {
       stamp_ = tick.live->stamp;
     }
     for (const TrackedPoint& point : tick.points) highest_id_ = std::max(highest_id_, number(point.id));
+    kinds_.add(tick.points);
     if (score_) {
       scored_.clear();
       for (const TrackedPoint& p : tick.points)
-        scored_.push_back({number(p.id), p.position_in_world, p.cameras});
+        if (p.kind != SampleKind::Predicted)  // it claims no measurement
+          scored_.push_back({number(p.id), p.position_in_world, p.cameras});
       score_->add(number(tick.trigger), scored_);
     }
     ++ticks_;
@@ -71,9 +94,12 @@ class TrackOutput {
     if (status_.due(tick.delivered)) show(tick, pipeline);
   }
 
-  /// Ends the files. Returns why the output is not complete; "" if it is.
+  /// Ends messages and files. Returns why the output is not complete; "" if it is.
   std::string finish() {
+    if (const std::string rest = identity_.rest(); !rest.empty()) print_event(rest);
     if (sink_->finish() != SinkStatus::Ok && sink_problem_.empty()) sink_problem_ = sink_->problem();
+    if (body_sink_ && body_sink_->finish() != SinkStatus::Ok && sink_problem_.empty())
+      sink_problem_ = body_sink_->problem();
     return sink_problem_;
   }
 
@@ -84,9 +110,12 @@ class TrackOutput {
     summary.time_error = time_error_;
     summary.stamp = stamp_;
     summary.ids = highest_id_;
+    summary.kinds = kinds_;
     summary.wall_s = first_ ? seconds_between(first_->delivered, last_delivered_) : 0.0;
     summary.rate_hz = summary.wall_s > 0.0 ? static_cast<double>(ticks_ - 1) / summary.wall_s : 0.0;
     if (score_) summary.score = score_->result();
+    summary.bodies = bodies_;
+    if (pose_score_) summary.bodies.score = pose_score_->result();
   }
   void fill(ReportData& report) const { recorder_.fill(report); }
 
@@ -96,6 +125,12 @@ class TrackOutput {
   static double since_stamp_s(const TickResult& tick) noexcept {
     if (!tick.live) return -1.0;
     return std::max(0.0, seconds_between(tick.live->stamped, std::chrono::steady_clock::now()));
+  }
+  void end_run(const std::string& problem, TrackPipeline& pipeline) {
+    if (!sink_problem_.empty()) return;
+    sink_problem_ = problem;
+    std::fprintf(stderr, "glint: output: %s; the run ends\n", sink_problem_.c_str());
+    pipeline.stop();
   }
   void show(const TickResult& tick, TrackPipeline& pipeline) {
     Status s;
@@ -119,20 +154,28 @@ class TrackOutput {
     }
     status_.show(s);
     (void)sink_->flush();
+    if (body_sink_) (void)body_sink_->flush();
     lap_started_ = tick.delivered;
     lap_ticks_ = ticks_;
     lap_points_ = points_;
   }
 
   std::unique_ptr<TrackSink> sink_;
+  std::optional<BodySink> body_sink_;
   std::vector<std::string> cameras_;
   std::string sink_problem_;
   StatusLine status_;
+  IdentityLines identity_;
+  std::vector<std::string> lines_;
+  KindCounts kinds_;
   ReportRecorder recorder_;
   LatencyHistogram time_error_;
   StampPoint stamp_ = StampPoint::HostArrival;
   std::optional<Score> score_;
   std::vector<ScoredPoint> scored_;
+  BodyRun bodies_;
+  std::optional<PoseScore> pose_score_;
+  std::vector<ScoredPose> scored_poses_;
   std::optional<TickResult> first_;
   Timestamp last_delivered_{};
   std::optional<Timestamp> lap_started_;
@@ -150,6 +193,8 @@ void print_lines(const char* prefix, const std::string& text) {
 
 void run(const TrackArguments& a) {
   const OutputSpec spec = parse_output_spec(a.output, a.force);
+  if (spec.to_stdout() && a.poses == "-")
+    throw UsageError("--output and --poses cannot both go to standard output: give one of them a file");
   StopSignal stop_signal;  // before any thread
   std::optional<ReportFile> report_file;
   if (!a.report.empty()) report_file.emplace(a.report, true);
@@ -160,10 +205,17 @@ void run(const TrackArguments& a) {
         "one camera alone measures no depth: say at which height the markers are, match.plane_height_m in "
         "the rig file or --plane-height");
   }
+  const std::vector<BodyModel> bodies = chosen_bodies(opened.rig, a.body_files, opened.scene.get());
+  if (bodies.empty() && !a.poses.empty())
+    throw UsageError(
+        "--poses: no rigid body is known: give --body FILE, or [[body]] sections in the rig file");
+  const bool bodies_of_scene =
+      opened.scene && opened.rig.bodies.empty() && a.body_files.empty() && !bodies.empty();
   RunSummary summary;
   summary.plane_height_m = opened.rig.match.plane_height_m;
   for (const SourceCamera& camera : opened.input->cameras()) summary.cameras.push_back(camera.name);
-  std::optional<TrackOutput> output(std::in_place, spec, opened.scene.get(), summary.cameras, a.quiet);
+  std::optional<TrackOutput> output(std::in_place, a, spec, opened.scene.get(), summary.cameras, bodies,
+                                    bodies_of_scene);
 
   summary.source = a.run.source;
   summary.rig = opened.rig.path.empty() ? opened.rig.name : opened.rig.path.string();
@@ -178,7 +230,7 @@ void run(const TrackArguments& a) {
   std::function<void()> on_track_thread;
   if (real_time) on_track_thread = [&real_time] { real_time->enter(ThreadRole::Tracking); };
   TrackPipeline pipeline(std::move(opened.input), opened.rig.calibration, opened.rig.match, opened.rig.track,
-                         on_track_thread);
+                         bodies, on_track_thread);
   if (real_time) {
     real_time->lock_memory();
     const std::string refusal = real_time->state().refusal;
@@ -232,6 +284,13 @@ void add_track(CLI::App& app) {
   add_run_options(*command, a->run, "sim, v4l2:[DEVICE,...], images:LOCATION or blobs:FOLDER");
   command->add_option("--output", a->output, "csv:FILE, csv:-, jsonl:FILE, jsonl:- or none")
       ->capture_default_str();
+  command
+      ->add_option("--body", a->body_files,
+                   "body file (glint body learn), besides those of the rig file; more than once")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  command->add_option("--poses", a->poses, "write poses of rigid bodies to this CSV file, or -")
+      ->type_name("FILE.csv");
   command->add_option("--report", a->report, "write a page with a picture of cameras and trajectories");
   command->add_option("--summary", a->summary, "write the summary as JSON");
   add_real_time_options(*command, a->real_time);

@@ -8,6 +8,7 @@
 namespace glint::apps {
 
 void add_bench(CLI::App& app);
+void add_body(CLI::App& app);
 void add_calibrate(CLI::App& app);
 void add_config(CLI::App& app);
 void add_detect(CLI::App& app);

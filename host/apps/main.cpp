@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   glint::apps::add_track(app);
   glint::apps::add_detect(app);
   glint::apps::add_calibrate(app);
+  glint::apps::add_body(app);
   glint::apps::add_devices(app);
   glint::apps::add_doctor(app);
   glint::apps::add_sync(app);

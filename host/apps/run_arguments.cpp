@@ -50,11 +50,16 @@ Rig make_rig(const RunArguments& a, const Scene* scene) {
   if (!a.rig_file.empty()) {
     rig = read_rig(a.rig_file);
     if (scene != nullptr) check_sim_cameras(rig, *scene);
+    if (scene != nullptr && a.sim.calibration_error_px > 0.0) {
+      throw UsageError("--calibration-error: the calibration comes from --rig " + a.rig_file +
+                       "; leave out one of the two");
+    }
   } else if (scene != nullptr) {
     rig.name = "simulated";
-    rig.calibration = scene->calibration();
+    rig.calibration = told_calibration(a.sim, scene->calibration());
     rig.rate_hz = scene->options().rate_hz;
     rig.marker_radius_m = rig.match.marker_radius_m = scene->options().marker_radius_m;
+    rig.match.exposure_s = scene->options().exposure_s;
     rig.sync.code_seed = scene->options().code_seed;
     rig.sync.code_group = scene->options().code_group;
   }

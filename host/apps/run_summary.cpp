@@ -164,6 +164,9 @@ std::vector<ReportRow> summary_rows(const RunSummary& s) {
   }
   add("points", text("%llu", number_of(s.counters.points)),
       text("%.2f a tick, %llu identities", static_cast<double>(s.counters.points) / ticks, number_of(s.ids)));
+  for (ReportRow& row : identity_rows(s.kinds, s.counters.track, s.counters.match))
+    rows.push_back(std::move(row));
+  for (ReportRow& row : body_rows(s.bodies, s.counters.body)) rows.push_back(std::move(row));
   if (s.plane_height_m)
     add("plane of the markers", text("z = %g m", *s.plane_height_m),
         "one camera: x and y are measured, z is given");
@@ -234,6 +237,7 @@ std::string summary_json(const RunSummary& s) {
                            {"results_dropped", s.counters.results_dropped},
                            {"points", s.counters.points},
                            {"ids", s.ids},
+                           {"identity", identity_json(s.kinds, s.counters.track, s.counters.match)},
                            {"blobs", s.counters.match.blobs},
                            {"unmatched_blobs", s.counters.match.unmatched_blobs},
                            {"overflows", s.input.overflows},
@@ -251,6 +255,7 @@ std::string summary_json(const RunSummary& s) {
   }
   if (s.real_time) j["real_time"] = real_time_json(*s.real_time);
   if (s.ledger) j["ledger"] = ledger_json(s);
+  if (!s.bodies.bodies.empty()) j["bodies"] = body_json(s.bodies, s.counters.body);
   if (s.plane_height_m) j["plane_height_m"] = *s.plane_height_m;
   j["health"] = health_json(s.health, s.cameras);
   if (s.code) j["alignment"] = alignment_json(*s.code, s.cameras);

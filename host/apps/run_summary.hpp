@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "host/apps/body_text.hpp"
+#include "host/apps/identity_text.hpp"
 #include "host/assemble/code_alignment.hpp"
 #include "host/assemble/ledger.hpp"
 #include "host/health/camera_health.hpp"
@@ -31,6 +33,8 @@ struct RunSummary {
   std::optional<double> plane_height_m;  ///< only of one camera
   std::vector<std::string> cameras;      ///< their names
   std::uint64_t ids = 0;
+  KindCounts kinds;
+  BodyRun bodies;  ///< empty: none were looked for
   LatencyHistogram detection, end_to_end;
   LatencyHistogram stamp_to_output, time_error;  ///< only of live cameras
   StampPoint stamp = StampPoint::HostArrival;    ///< what the last driver's stamp marked

@@ -126,11 +126,12 @@ std::optional<FileKind> read_header(TomlSection& top, FileProblems& problems) {
     known = false;
   }
   if (!top.text("kind", kind, Need::Required)) return std::nullopt;
-  if (kind != "rig" && kind != "calibration") {
-    top.problem("kind", "must be \"rig\" or \"calibration\", not \"" + kind + "\"");
+  if (kind != "rig" && kind != "calibration" && kind != "bodies") {
+    top.problem("kind", "must be \"rig\", \"calibration\" or \"bodies\", not \"" + kind + "\"");
     return std::nullopt;
   }
   if (!known) return std::nullopt;
+  if (kind == "bodies") return FileKind::Bodies;
   return kind == "rig" ? FileKind::Rig : FileKind::Calibration;
 }
 
@@ -164,7 +165,8 @@ Calibration parse_calibration(std::string_view text, FileProblems& problems) {
   const auto kind = read_header(top, problems);
   if (!kind) return {};
   if (*kind != FileKind::Calibration) {
-    top.problem("kind", "is \"rig\"; here a calibration file is wanted");
+    top.problem("kind", std::string("is \"") + (*kind == FileKind::Rig ? "rig" : "bodies") +
+                            "\"; here a calibration file is wanted");
     return {};
   }
   return read_cameras(top, problems);

@@ -12,7 +12,7 @@
 
 namespace glint {
 
-enum class FileKind : std::uint8_t { Rig, Calibration };
+enum class FileKind : std::uint8_t { Rig, Calibration, Bodies };
 
 /// Reads `format` and `kind`. Nothing, and a problem, if this program does not know them: the rest of the
 /// file cannot be judged then.

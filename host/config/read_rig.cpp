@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/base/error.hpp"
+#include "host/config/bodies_file.hpp"
 #include "host/config/number_text.hpp"
 #include "host/config/read_calibration.hpp"
 #include "host/config/read_capture.hpp"
@@ -106,6 +107,8 @@ Rig read_rig_tables(TomlSection& top, const std::filesystem::path& path, FilePro
   read_section(top, "match", rig.match, problems, [&](TomlSection& section) {
     section.number("sigma_px", rig.match.sigma_px, Need::Optional);
     section.number("gate_px", rig.match.gate_px, Need::Optional);
+    section.number("exposure_s", rig.match.exposure_s, Need::Optional);
+    section.whole("most_looks", rig.match.most_looks, 0, kAnyCount, Need::Optional);
     section.number("min_range_m", rig.match.min_range_m, Need::Optional);
     section.number("max_range_m", rig.match.max_range_m, Need::Optional);
     double plane_height_m = 0.0;
@@ -128,12 +131,14 @@ Rig read_rig_tables(TomlSection& top, const std::filesystem::path& path, FilePro
     section.number("max_speed_m_s", rig.track.max_speed_m_s, Need::Optional);
     section.whole("confirm_frames_two_views", rig.track.confirm_frames_two_views, 0, kAnyCount,
                   Need::Optional);
+    section.number("max_predicted_sd_m", rig.track.max_predicted_sd_m, Need::Optional);
     section.whole("max_missed_frames", rig.track.max_missed_frames, 0, kAnyCount, Need::Optional);
   });
   read_section(top, "sync", rig.sync, problems,
                [&](TomlSection& section) { read_sync(section, rig.sync, problems); });
   read_section(top, "capture", rig.capture, problems,
                [&](TomlSection& section) { read_capture(section, rig.calibration, rig.capture, problems); });
+  rig.bodies = read_body_sections(top, problems);
   top.finish();
   return rig;
 }
@@ -176,6 +181,8 @@ Rig read_rig(const std::filesystem::path& path) {
       rig.calibration = read_cameras(top, problems);
       rig.path = rig.calibration_path = path;
       if (path.has_stem()) rig.name = path.stem().string();
+    } else if (kind == FileKind::Bodies) {
+      top.problem("kind", "is \"bodies\"; here a rig or calibration file is wanted");
     }
   }
   std::vector<std::string> lines = problems.lines();

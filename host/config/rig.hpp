@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gpu/detector.hpp"
+#include "host/body/body_model.hpp"
 #include "host/geometry/camera.hpp"
 #include "host/match/matcher.hpp"
 #include "host/track/tracker.hpp"
@@ -94,7 +95,8 @@ struct Rig {
   TrackOptions track;
   SyncSettings sync;
   CaptureSettings capture;
-  std::filesystem::path path;  ///< the file it was read from; empty: defaults
+  std::vector<BodyModel> bodies;  ///< sections [[body]], in their order
+  std::filesystem::path path;     ///< the file it was read from; empty: defaults
   std::filesystem::path
       calibration_path;  ///< where its cameras came from; equals path for a calibration file alone
 };
@@ -113,6 +115,9 @@ Calibration read_calibration(const std::filesystem::path& path);
 /// quaternions). The file appears whole or not at all. Throws glint::Error if it exists and `force` is false,
 /// if it cannot be written, or if the calibration is one that read_calibration() would refuse.
 void write_calibration(const std::filesystem::path& path, const Calibration& calibration, bool force = false);
+
+/// Whether a rig file stands there, however faulty: what must not be overwritten by anything smaller.
+bool is_rig_file(const std::filesystem::path& path);
 
 /// The text of such a file. Does not check.
 std::string to_toml(const Calibration& calibration);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <sstream>
 #include <utility>
 
 #include "host/base/error.hpp"
@@ -201,6 +202,42 @@ bool TomlSection::numbers(std::string_view key, std::span<double> values, Need n
   return true;
 }
 
+bool TomlSection::points(std::string_view key, std::vector<std::array<double, 3>>& values, Need need) {
+  const toml::node* node = find(key, need);
+  if (!node) return false;
+  const toml::array* array = node->as_array();
+  if (!array) {
+    problem(key, "must be an array of points, [[x, y, z], ...], not " + kind_of(*node));
+    return false;
+  }
+  std::vector<std::array<double, 3>> read;
+  for (const toml::node& element : *array) {
+    const toml::array* point = element.as_array();
+    std::string wrong;
+    if (!point)
+      wrong = "must hold points, [x, y, z], not " + kind_of(element);
+    else if (point->size() != 3)
+      wrong = "must hold points of three numbers; one has " + std::to_string(point->size());
+    std::array<double, 3> numbers{};
+    for (std::size_t k = 0; wrong.empty() && k < 3; ++k) {
+      const auto number = number_in((*point)[k]);
+      if (!number)
+        wrong = "must hold numbers only, not " + kind_of((*point)[k]);
+      else if (!std::isfinite(*number))
+        wrong = not_finite(*number);
+      else
+        numbers[k] = *number;
+    }
+    if (wrong.empty())
+      read.push_back(numbers);
+    else
+      problems_.add(element.source().begin, full_name(key) + " " + wrong);
+  }
+  if (read.size() != array->size()) return false;
+  values = std::move(read);
+  return true;
+}
+
 const toml::table* TomlSection::table(std::string_view key, Need need) {
   const toml::node* node = find(key, need);
   if (!node) return nullptr;
@@ -245,6 +282,13 @@ std::optional<toml::table> parse_toml(std::string_view text, FileProblems& probl
     problems.add(error.source().begin, "not TOML: " + std::string(error.description()));
     return std::nullopt;
   }
+}
+
+std::string quoted_text(std::string_view text) {
+  const toml::value<std::string> value{std::string(text)};
+  std::ostringstream out;
+  out << toml::toml_formatter{value, toml::format_flags::none};
+  return out.str();
 }
 
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates) {

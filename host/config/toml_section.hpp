@@ -2,6 +2,7 @@
 // Typed reading of TOML tables that collects every problem with its place instead of stopping at the first.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -50,6 +51,8 @@ class TomlSection {
   bool flag(std::string_view key, bool& value, Need need);
   /// An array of exactly values.size() finite numbers.
   bool numbers(std::string_view key, std::span<double> values, Need need);
+  /// An array of any number of arrays of three finite numbers.
+  bool points(std::string_view key, std::vector<std::array<double, 3>>& values, Need need);
   const toml::table* table(std::string_view key, Need need);
   /// An array of tables; nullptr if missing or something else.
   const toml::array* tables(std::string_view key, Need need);
@@ -78,6 +81,9 @@ void throw_problems(std::span<const std::string> lines);
 
 /// The file's text as TOML; nothing, and a problem, if it is not.
 std::optional<toml::table> parse_toml(std::string_view text, FileProblems& problems);
+
+/// `text` as a TOML string, with its quotes.
+std::string quoted_text(std::string_view text);
 
 /// The candidate nearest to `word` if it is near enough to be meant, else empty.
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/base/error.hpp"
+#include "host/config/bodies_file.hpp"
 #include "host/config/number_text.hpp"
 #include "host/config/read_calibration.hpp"
 #include "host/config/rig.hpp"
@@ -15,13 +16,6 @@
 
 namespace glint {
 namespace {
-
-std::string quoted(const std::string& text) {
-  const toml::value<std::string> value(text);
-  std::ostringstream out;
-  out << toml::toml_formatter{value, toml::format_flags::none};
-  return out.str();
-}
 
 std::string numbers_text(std::span<const double> values) {
   std::string text;
@@ -39,7 +33,7 @@ std::string pose_text(const Pose& pose) {
 
 std::string camera_text(const CameraCalibration& camera) {
   std::string text = "\n[[camera]]\n";
-  text += "name = " + quoted(camera.name) + "\n";
+  text += "name = " + quoted_text(camera.name) + "\n";
   text += "width_px = " + std::to_string(camera.width_px) + "\n";
   text += "height_px = " + std::to_string(camera.height_px) + "\n";
   text += "fx_px = " + exact_text(camera.fx_px) + "\n";
@@ -57,26 +51,26 @@ std::string camera_text(const CameraCalibration& camera) {
 
 std::string value_text(const ControlValue& control) {
   if (const auto* whole = std::get_if<std::int64_t>(&control.value)) return std::to_string(*whole);
-  return quoted(std::get<std::string>(control.value));
+  return quoted_text(std::get<std::string>(control.value));
 }
 
 std::string controls_text(const std::string& section, const std::vector<ControlValue>& controls) {
   std::string text;
   for (const ControlValue& control : controls)
-    text += quoted(control.name) + " = " + value_text(control) + "\n";
+    text += quoted_text(control.name) + " = " + value_text(control) + "\n";
   return text.empty() ? text : "\n[" + section + "]\n" + text;
 }
 
 std::string capture_text(const CaptureSettings& capture) {
   std::string text = "\n[capture]\n";
-  text += "format = " + quoted(capture.format) + "\n";
+  text += "format = " + quoted_text(capture.format) + "\n";
   text += "rate_hz = " + exact_text(capture.rate_hz) + "  # 0.0: rig.rate_hz\n";
   text += "deadline_ms = " + exact_text(capture.deadline_ms) + "  # 0.0: half a period\n";
   text += controls_text("capture.controls", capture.controls);
   for (const CaptureCamera& camera : capture.cameras) {
     text += "\n[[capture.camera]]\n";
-    text += "name = " + quoted(camera.name) + "\n";
-    text += "device = " + quoted(camera.device) + "\n";
+    text += "name = " + quoted_text(camera.name) + "\n";
+    text += "device = " + quoted_text(camera.device) + "\n";
     text += controls_text("capture.camera.controls", camera.controls);
   }
   return text;
@@ -86,7 +80,7 @@ const char* flag_text(bool flag) { return flag ? "true" : "false"; }
 
 std::string sync_text(const SyncSettings& sync) {
   std::string text = "\n[sync]\n";
-  text += "board = " + quoted(sync.board) + "  # \"none\", \"auto\" or a serial number\n";
+  text += "board = " + quoted_text(sync.board) + "  # \"none\", \"auto\" or a serial number\n";
   text += std::string("follow = ") + flag_text(sync.follow) + "\n";
   text += "trigger_us = " + exact_text(sync.trigger_us) + "\n";
   text += "trigger_delay_us = " + exact_text(sync.trigger_delay_us) + "\n";
@@ -112,7 +106,7 @@ std::string sync_text(const SyncSettings& sync) {
 /// The camera in one comment line, for a person who looks at the effective settings.
 std::string camera_comment(const CameraCalibration& camera) {
   const Eigen::Vector3d& t = camera.world_from_camera.translation;
-  return "#   " + quoted(camera.name) + "  " + std::to_string(camera.width_px) + "x" +
+  return "#   " + quoted_text(camera.name) + "  " + std::to_string(camera.width_px) + "x" +
          std::to_string(camera.height_px) + "  fx " + short_text(camera.fx_px) + "  fy " +
          short_text(camera.fy_px) + " px  at " + short_text(t.x()) + " " + short_text(t.y()) + " " +
          short_text(t.z()) + " m\n";
@@ -132,26 +126,26 @@ std::string to_toml(const Calibration& calibration) {
       "unknown.\n"
       "# intrinsics_sd: standard deviations of fx fy cx cy k1 k2 p1 p2 k3, where they are known.\n";
   text += "format = 1\nkind = \"calibration\"\n";
-  text += "made_at = " + quoted(calibration.made_at) + "\n";
-  text += "made_from = " + quoted(calibration.made_from) + "\n";
+  text += "made_at = " + quoted_text(calibration.made_at) + "\n";
+  text += "made_from = " + quoted_text(calibration.made_from) + "\n";
   for (const CameraCalibration& camera : calibration.cameras) text += camera_text(camera);
   return text;
 }
 
 std::string to_toml(const Rig& rig) {
   std::string text = "format = 1\nkind = \"rig\"\n\n[rig]\n";
-  text += "name = " + quoted(rig.name) + "\n";
+  text += "name = " + quoted_text(rig.name) + "\n";
   text += "rate_hz = " + exact_text(rig.rate_hz) + "\n";
   text += "marker_radius_m = " + exact_text(rig.marker_radius_m) + "  # 0.0: unknown\n";
   if (rig.calibration_path.empty()) {
     text += "# calibration = \"FILE\"  # none given\n";
   } else {
     const auto path = std::filesystem::absolute(rig.calibration_path).lexically_normal();
-    text += "calibration = " + quoted(path.string()) + "\n";
+    text += "calibration = " + quoted_text(path.string()) + "\n";
     for (const CameraCalibration& camera : rig.calibration.cameras) text += camera_comment(camera);
   }
   text += "\n[gpu]\n";
-  text += "device = " + quoted(rig.gpu.device) + "\n";
+  text += "device = " + quoted_text(rig.gpu.device) + "\n";
   text += "depth = " + std::to_string(rig.gpu.depth) + "\n";
   text += "\n[detect]\n";
   text += "threshold = " + std::to_string(rig.detect.threshold) + "\n";
@@ -163,6 +157,8 @@ std::string to_toml(const Rig& rig) {
   text += "sigma_px = " + exact_text(rig.match.sigma_px) + "\n";
   text += "gate_px = " + exact_text(rig.match.gate_px) + "\n";
   text += "min_cameras = " + std::to_string(rig.match.min_cameras) + "\n";
+  text += "exposure_s = " + exact_text(rig.match.exposure_s) + "\n";
+  text += "most_looks = " + std::to_string(rig.match.most_looks) + "\n";
   text += "min_range_m = " + exact_text(rig.match.min_range_m) + "\n";
   text += "max_range_m = " + exact_text(rig.match.max_range_m) + "\n";
   if (rig.match.plane_height_m)
@@ -172,12 +168,15 @@ std::string to_toml(const Rig& rig) {
   text += "max_speed_m_s = " + exact_text(rig.track.max_speed_m_s) + "\n";
   text += "confirm_frames_two_views = " + std::to_string(rig.track.confirm_frames_two_views) + "\n";
   text += "max_missed_frames = " + std::to_string(rig.track.max_missed_frames) + "\n";
-  return text + sync_text(rig.sync) + capture_text(rig.capture);
+  text += "max_predicted_sd_m = " + exact_text(rig.track.max_predicted_sd_m) + "\n";
+  text += sync_text(rig.sync) + capture_text(rig.capture);
+  for (const BodyModel& body : rig.bodies) text += body_section(body);
+  return text;
 }
 
-namespace {
-
 bool is_rig_file(const std::filesystem::path& path) {
+  if (!std::filesystem::is_regular_file(path) || std::filesystem::file_size(path) > kMaxConfigFileBytes)
+    return false;
   std::istringstream lines(read_text_file(path, kMaxConfigFileBytes));
   for (std::string line; std::getline(lines, line);) {
     std::erase_if(line, [](char c) { return c == ' ' || c == '\t'; });
@@ -185,8 +184,6 @@ bool is_rig_file(const std::filesystem::path& path) {
   }
   return false;
 }
-
-}  // namespace
 
 void write_calibration(const std::filesystem::path& path, const Calibration& calibration, bool force) {
   const std::string text = to_toml(calibration);
@@ -198,8 +195,7 @@ void write_calibration(const std::filesystem::path& path, const Calibration& cal
     throw Error(message);
   }
   // A rig file says much more than where its cameras are.
-  if (force && std::filesystem::is_regular_file(path) &&
-      std::filesystem::file_size(path) <= kMaxConfigFileBytes && is_rig_file(path))
+  if (force && is_rig_file(path))
     throw Error(path.string() +
                 ": is a rig file, which a calibration must not replace; write to another file, and name "
                 "that in the rig file's rig.calibration");

@@ -37,7 +37,9 @@ bool solve_linear(std::span<const Observation> views, Eigen::Vector3d& point_in_
   return point_in_world.allFinite();
 }
 
-bool well_conditioned(std::span<const Observation> views, double min_angle_rad) noexcept {
+}  // namespace
+
+bool rays_fix_position(std::span<const Observation> views, double min_angle_rad) noexcept {
   const double min_sine2 = std::pow(std::sin(min_angle_rad), 2);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const Eigen::Vector3d a = views[i].camera->direction_in_world(views[i].normalized);
@@ -47,8 +49,6 @@ bool well_conditioned(std::span<const Observation> views, double min_angle_rad) 
   }
   return false;
 }
-
-}  // namespace
 
 bool project_pinhole(const Camera& camera, const Eigen::Vector3d& point_in_world, Eigen::Vector2d& pixel,
                      Eigen::Matrix<double, 2, 3>& pixel_by_point) noexcept {
@@ -63,6 +63,16 @@ bool project_pinhole(const Camera& camera, const Eigen::Vector3d& point_in_world
   return true;
 }
 
+bool project_outline(const Camera& camera, const Eigen::Vector3d& centre_in_world, double radius_m,
+                     Eigen::Vector2d& pixel, Eigen::Matrix<double, 2, 3>& pixel_by_point) noexcept {
+  if (!project_pinhole(camera, centre_in_world, pixel, pixel_by_point)) return false;
+  if (radius_m > 0.0) {
+    const Eigen::Vector2d middle(camera.calibration().cx_px, camera.calibration().cy_px);
+    pixel = middle + sphere_bias_factor(radius_m, camera.in_camera(centre_in_world).z()) * (pixel - middle);
+  }
+  return true;
+}
+
 Eigen::Vector2d reprojection_residual_px(const Observation& view, const Eigen::Vector3d& point_in_world,
                                          double marker_radius_m) noexcept {
   const Eigen::Vector3d p = view.camera->in_camera(point_in_world);
@@ -73,23 +83,25 @@ Eigen::Vector2d reprojection_residual_px(const Observation& view, const Eigen::V
 
 std::optional<Triangulated> triangulate(std::span<const Observation> views, const TriangulateOptions& options,
                                         const PositionPrior* prior) noexcept {
-  if (views.size() < 2 || !well_conditioned(views, options.min_angle_rad)) return std::nullopt;
+  if (views.size() < 2 || !rays_fix_position(views, options.min_angle_rad)) return std::nullopt;
+  Eigen::Vector3d start;
+  if (!solve_linear(views, start)) return std::nullopt;
+  return refine_point(views, options, start, prior);
+}
+
+std::optional<Triangulated> refine_point(std::span<const Observation> views,
+                                         const TriangulateOptions& options,
+                                         const Eigen::Vector3d& start_in_world,
+                                         const PositionPrior* prior) noexcept {
   Triangulated result;
   result.views = static_cast<unsigned>(views.size());
-  Eigen::Vector3d x;
-  if (!solve_linear(views, x)) return std::nullopt;
-
+  Eigen::Vector3d x = start_in_world;
   const Eigen::Matrix3d prior_information =
       prior != nullptr ? Eigen::Matrix3d(prior->covariance_m2.inverse()) : Eigen::Matrix3d::Zero();
   for (int step = 0;; ++step) {
-    Eigen::Matrix3d information = prior_information;
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
     double chi2 = 0.0, squares = 0.0;
-    if (prior != nullptr) {
-      const Eigen::Vector3d d = prior->position_in_world - x;
-      gradient = prior_information * d;
-      chi2 = d.dot(gradient);
-    }
     for (const Observation& view : views) {
       Eigen::Vector2d pixel;
       Eigen::Matrix<double, 2, 3> jacobian;
@@ -102,6 +114,14 @@ std::optional<Triangulated> triangulate(std::span<const Observation> views, cons
       gradient.noalias() += jw * r;
       chi2 += r.dot(weight * r);
       squares += r.squaredNorm();
+    }
+    result.information_per_m2 = information;
+    result.gradient_per_m = gradient;
+    if (prior != nullptr) {
+      const Eigen::Vector3d d = prior->position_in_world - x, pull = prior_information * d;
+      information += prior_information;
+      gradient += pull;
+      chi2 += d.dot(pull);
     }
     const Eigen::LDLT<Eigen::Matrix3d> factor(information);
     if (factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;

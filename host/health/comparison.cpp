@@ -24,12 +24,16 @@ double median_chi2(double degrees_of_freedom) noexcept {
   return degrees_of_freedom * std::pow(1.0 - 2.0 / (9.0 * degrees_of_freedom), 3);
 }
 
+// What any camera's centroids may err by, per axis, bright or dim, before one asks why.
+constexpr double kCentroid_px = 0.05;
+
 }  // namespace
 
 ComparedCamera::ComparedCamera(const CameraCalibration& calibration, const MatchOptions& options)
     : camera_(calibration),
       // rms_px counts the length of the residual, two axes together.
-      variance_px2_(options.sigma_px * options.sigma_px + calibration.rms_px * calibration.rms_px / 2.0),
+      variance_px2_(std::max(options.sigma_px * options.sigma_px, kCentroid_px * kCentroid_px) +
+                    calibration.rms_px * calibration.rms_px / 2.0),
       focal_px_(std::min(std::abs(calibration.fx_px), std::abs(calibration.fy_px))),
       marker_radius_m_(options.marker_radius_m) {}
 
@@ -92,6 +96,8 @@ std::optional<OthersPoint> point_of_others(const Point& point, std::uint32_t all
   std::size_t count = 0;
   for (std::size_t c = 0; c < cameras.size() && count < kMostViews; ++c) {
     if ((allowed >> c & 1u) == 0 || point.blob_of_camera[c] < 0) continue;
+    if ((point.resolved >> c & 1u) != 0)
+      continue;  // more, or less, than this marker: its centroid is elsewhere
     const shaders::BlobRecord& blob = blobs[c][static_cast<std::size_t>(point.blob_of_camera[c])];
     if ((blob.flags & kUnusable) != 0) continue;
     Observation& view = views[count++];

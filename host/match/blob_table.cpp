@@ -6,7 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "gpu/lens_model.hpp"
 #include "host/base/check.hpp"
+#include "host/resolve/centroid_noise.hpp"
 
 namespace glint {
 namespace {
@@ -22,6 +24,17 @@ constexpr std::uint32_t kMomentsAreaPx = 4;  // fewer pixels say nothing about s
 constexpr double kBorderOffsetOfRadius = 0.5;
 // The flat top of a clipped profile carries no position; the flanks give about half the precision.
 constexpr double kSaturatedFactor = 2.0;
+
+// A blob of which nothing but its place is known.
+constexpr double kUnknownSigma_px = 0.05;
+// Errors of the calibration in multiples of its rms: lengths of two normal errors together exceed 3.5 once in
+// 200,000.
+constexpr double kCalibrationGate = 3.5;
+
+double largest_sigma(const Eigen::Matrix2d& m) noexcept {
+  const double mean = 0.5 * (m(0, 0) + m(1, 1));
+  return std::sqrt(mean + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1)));
+}
 
 int clamp_cell(double value, int cells) noexcept {
   return static_cast<int>(std::clamp(std::floor(value), 0.0, static_cast<double>(cells - 1)));
@@ -46,10 +59,11 @@ std::pair<int, int> BlobTable::Grid::rows_between(double low_px, double high_px)
 BlobTable::BlobTable(std::span<const Camera> cameras, const MatchOptions& options)
     : cameras_(cameras), options_(options), begin_(cameras.size() + 1, 0), grids_(cameras.size()) {
   for (const Camera& camera : cameras) {
-    // rms_px counts the length of the residual, two axes together.
     const double calibration_px = camera.calibration().rms_px;
-    camera_variance_px2_.push_back(options.sigma_px * options.sigma_px +
-                                   calibration_px * calibration_px / 2.0);
+    const CameraCalibration& c = camera.calibration();
+    lenses_.push_back({c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.k1_k2_p1_p2_k3});
+    calibration_variance_px2_.push_back(calibration_px * calibration_px / 2.0);
+    gate_px_.push_back(std::hypot(options.gate_px, kCalibrationGate * calibration_px));
   }
 }
 
@@ -58,29 +72,25 @@ void BlobTable::fill(std::span<const std::span<const shaders::BlobRecord>> blobs
   blobs_.clear();
   for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
     begin_[camera] = static_cast<std::uint32_t>(blobs_.size());
-    const CameraCalibration& c = cameras_[camera].calibration();
-    const double focal_px = std::min(std::abs(c.fx_px), std::abs(c.fy_px));
-    const double variance = camera_variance_px2_[camera];
-    for (const shaders::BlobRecord& record : blobs[camera]) {
+    for (std::uint32_t number = 0; number < blobs[camera].size(); ++number) {
+      const shaders::BlobRecord& record = blobs[camera][number];
       MatchBlob& blob = blobs_.emplace_back();
-      blob.normalized = {static_cast<double>(record.x_undist), static_cast<double>(record.y_undist)};
-      blob.pixel = {c.fx_px * blob.normalized.x() + c.cx_px, c.fy_px * blob.normalized.y() + c.cy_px};
-      blob.direction_in_world = cameras_[camera].direction_in_world(blob.normalized);
-      blob.angle_per_px = 1.0 / (focal_px * std::sqrt(1.0 + blob.normalized.squaredNorm()));
-      blob.radius_px = std::sqrt(static_cast<double>(record.area_px) / std::numbers::pi);
       blob.camera = static_cast<std::uint32_t>(camera);
+      blob.record = number;
+      blob.radius_px = std::sqrt(static_cast<double>(record.area_px) / std::numbers::pi);
+      place(blob, {static_cast<double>(record.x_undist), static_cast<double>(record.y_undist)});
       blob.usable = (record.flags & shaders::kBlobNotInvertible) == 0 && blob.pixel.allFinite();
       blob.suspect = false;
       blob.saturated = (record.flags & shaders::kBlobSaturated) != 0;
+      blob.resolved = false;
 
-      double base = variance;
-      if (blob.saturated)
-        base += (kSaturatedFactor * kSaturatedFactor - 1.0) * options_.sigma_px * options_.sigma_px;
+      blob.covariance_px2 = own_covariance(record, blob);
+      blob.covariance_px2.diagonal().array() += calibration_variance_px2_[camera];
       if ((record.flags & shaders::kBlobOnBorder) != 0) {
-        base += std::pow(kBorderOffsetOfRadius * std::max(blob.radius_px, 1.0), 2);
+        blob.covariance_px2.diagonal().array() +=
+            std::pow(kBorderOffsetOfRadius * std::max(blob.radius_px, 1.0), 2);
         blob.suspect = true;
       }
-      blob.covariance_px2 = base * Eigen::Matrix2d::Identity();
       const double xx = static_cast<double>(record.var_xx_px2), xy = static_cast<double>(record.var_xy_px2),
                    yy = static_cast<double>(record.var_yy_px2);
       const double half_difference = std::hypot((xx - yy) / 2.0, xy), mean = (xx + yy) / 2.0;
@@ -91,11 +101,87 @@ void BlobTable::fill(std::span<const std::span<const shaders::BlobRecord>> blobs
         const Eigen::Vector2d axis(std::cos(angle), std::sin(angle));
         blob.covariance_px2 += (l1 - l2) * axis * axis.transpose();
         blob.suspect = true;
-        base += l1 - l2;
       }
-      blob.sigma_px = std::sqrt(base);
+      blob.sigma_px = largest_sigma(blob.covariance_px2);
     }
   }
+  resolved_.clear();
+  finish();
+}
+
+void BlobTable::place(MatchBlob& blob, const Eigen::Vector2d& normalized) const noexcept {
+  const CameraCalibration& c = cameras_[blob.camera].calibration();
+  const double focal_px = std::min(std::abs(c.fx_px), std::abs(c.fy_px));
+  blob.normalized = normalized;
+  blob.pixel = {c.fx_px * normalized.x() + c.cx_px, c.fy_px * normalized.y() + c.cy_px};
+  blob.direction_in_world = cameras_[blob.camera].direction_in_world(normalized);
+  blob.angle_per_px = 1.0 / (focal_px * std::sqrt(1.0 + normalized.squaredNorm()));
+}
+
+// Without the calibration's share.
+Eigen::Matrix2d BlobTable::own_covariance(const shaders::BlobRecord& record,
+                                          const MatchBlob& blob) const noexcept {
+  Eigen::Matrix2d covariance = options_.sigma_px * options_.sigma_px * Eigen::Matrix2d::Identity();
+  if (record.weight == 0) {
+    const double sigma_px = kUnknownSigma_px * (blob.saturated ? kSaturatedFactor : 1.0);
+    covariance.diagonal().array() += sigma_px * sigma_px;
+    return covariance;
+  }
+  // The lens magnifies: so many undistorted pixels is one of the image, and so much more is its noise.
+  const gpu::Forward lens = gpu::forward(lenses_[blob.camera], blob.normalized.x(), blob.normalized.y());
+  if (!lens.positive_definite()) return covariance;
+  Eigen::Matrix2d distort;
+  distort << lens.xx, lens.xy, lens.xy, lens.yy;
+  const Eigen::Matrix2d undistort = distort.inverse();
+  return covariance + undistort * centroid_covariance_px2(record, PixelNoise{}) * undistort.transpose();
+}
+
+void BlobTable::resolve(std::uint32_t blob, const Eigen::Vector2d& centre,
+                        const Eigen::Matrix2d& covariance_px2) {
+  resolved_.push_back({blob, centre, covariance_px2});
+}
+
+void BlobTable::doubt(std::uint32_t blob) noexcept {
+  MatchBlob& b = blobs_[blob];
+  b.covariance_px2.diagonal().array() += std::pow(kBorderOffsetOfRadius * std::max(b.radius_px, 1.0), 2);
+  b.sigma_px = largest_sigma(b.covariance_px2);
+  b.suspect = true;
+}
+
+void BlobTable::settle() {
+  if (resolved_.empty()) return;
+  std::sort(resolved_.begin(), resolved_.end(),
+            [](const Resolved& a, const Resolved& b) { return a.blob < b.blob; });
+  settled_.clear();
+  std::size_t next = 0;
+  for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+    const std::uint32_t begin = static_cast<std::uint32_t>(settled_.size());
+    for (std::uint32_t blob = begin_[camera]; blob < begin_[camera + 1]; ++blob) {
+      if (next == resolved_.size() || resolved_[next].blob != blob) {
+        settled_.push_back(blobs_[blob]);
+        continue;
+      }
+      for (; next < resolved_.size() && resolved_[next].blob == blob; ++next) {
+        MatchBlob& part = settled_.emplace_back(blobs_[blob]);
+        place(part, resolved_[next].centre);
+        part.covariance_px2 = resolved_[next].covariance_px2;
+        part.covariance_px2.diagonal().array() +=
+            options_.sigma_px * options_.sigma_px + calibration_variance_px2_[camera];
+        part.sigma_px = largest_sigma(part.covariance_px2);
+        part.suspect = part.saturated = false;
+        part.resolved = part.radius_px != 0.0;  // of whole() it is 0: then the centroid was right, too
+        part.radius_px = 0.0;
+      }
+    }
+    begin_[camera] = begin;
+  }
+  resolved_.clear();
+  blobs_.swap(settled_);
+  finish();
+}
+
+// Everything that depends on all blobs being there.
+void BlobTable::finish() {
   begin_.back() = static_cast<std::uint32_t>(blobs_.size());
   free_.assign(blobs_.size(), 1);
   for (std::uint32_t blob = 0; blob < blobs_.size(); ++blob)

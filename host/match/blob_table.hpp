@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include "gpu/lens.hpp"
 #include "host/geometry/camera.hpp"
 #include "host/match/matcher.hpp"
 
@@ -24,9 +25,11 @@ struct MatchBlob {
   double angle_per_px;                 ///< radians that one pixel subtends here, at most
   double radius_px;                    ///< of a disc of the same area; 0: area unknown
   std::uint32_t camera;
-  bool usable;   ///< the lens model can be inverted here
-  bool suspect;  ///< cut off by the border, or longer than one marker looks
+  std::uint32_t record;  ///< index into the camera's blobs as they were detected; several blobs may share one
+  bool usable;           ///< the lens model can be inverted here
+  bool suspect;          ///< cut off by the border, or longer than one marker looks
   bool saturated;
+  bool resolved;  ///< placed by its pixels because its centroid is not one marker's; then radius_px is 0
 };
 
 /// Fills itself from detector records; blobs of all cameras are numbered through, camera by camera. Keeps its
@@ -37,6 +40,17 @@ class BlobTable {
   BlobTable(std::span<const Camera> cameras, const MatchOptions& options);
 
   void fill(std::span<const std::span<const shaders::BlobRecord>> blobs);
+
+  /// What a closer look makes of a blob, for settle(): the first for a blob replaces it, further ones of the
+  /// same are new blobs beside it. `centre` in the z = 1 plane; the covariance is the blob's own, in
+  /// undistorted pixels.
+  void resolve(std::uint32_t blob, const Eigen::Vector2d& centre, const Eigen::Matrix2d& covariance_px2);
+  /// The blob is the whole image of one marker: its size says nothing more.
+  void whole(std::uint32_t blob) noexcept { blobs_[blob].radius_px = 0.0; }
+  /// Nothing explains the blob: its centroid may be off by a good part of its radius.
+  void doubt(std::uint32_t blob) noexcept;
+  /// Puts what was resolved in its place. Numbers of blobs change.
+  void settle();
 
   std::size_t size() const noexcept { return blobs_.size(); }
   std::size_t cameras() const noexcept { return cameras_.size(); }
@@ -49,6 +63,12 @@ class BlobTable {
   /// From now on `blob` counts as possibly more than one marker.
   void suspect(std::uint32_t blob) noexcept { blobs_[blob].suspect = true; }
   std::size_t free_blobs(std::size_t camera) const noexcept;
+  /// The part of a blob's variance, per axis, that is the calibration's and not its own.
+  double calibration_variance_px2(std::size_t camera) const noexcept {
+    return calibration_variance_px2_[camera];
+  }
+  /// Largest residual of a blob that may belong to a point, the calibration's errors included.
+  double gate_px(std::size_t camera) const noexcept { return gate_px_[camera]; }
 
   /// Calls visit(blob) for every free, usable blob within `radius_px` of an undistorted pixel.
   template <typename Visit>
@@ -86,11 +106,21 @@ class BlobTable {
 
  private:
   void build_grid(std::size_t camera);
+  void finish();
+  void place(MatchBlob& blob, const Eigen::Vector2d& normalized) const noexcept;
+  Eigen::Matrix2d own_covariance(const shaders::BlobRecord& record, const MatchBlob& blob) const noexcept;
 
   std::span<const Camera> cameras_;
   const MatchOptions& options_;
-  std::vector<double> camera_variance_px2_;
-  std::vector<MatchBlob> blobs_;
+  std::vector<double> calibration_variance_px2_, gate_px_;
+  struct Resolved {
+    std::uint32_t blob;
+    Eigen::Vector2d centre;
+    Eigen::Matrix2d covariance_px2;
+  };
+  std::vector<gpu::Lens> lenses_;
+  std::vector<MatchBlob> blobs_, settled_;
+  std::vector<Resolved> resolved_;
   std::vector<std::uint8_t> free_;
   std::vector<std::uint32_t> begin_;
   std::vector<Grid> grids_;

@@ -7,7 +7,6 @@
 
 #include <Eigen/LU>
 
-#include "host/geometry/sphere_bias.hpp"
 #include "host/match/hypotheses.hpp"
 #include "host/match/limits.hpp"
 
@@ -20,17 +19,6 @@ constexpr double kSearchSigmas = 4.3;  // sqrt(kJoinChi2)
 
 double log_2pi() noexcept { return std::log(2.0 * std::numbers::pi); }
 
-/// Expected blob centre, the sphere's bias included.
-bool predict_pixel(const Camera& camera, const Eigen::Vector3d& x, double radius_m, Eigen::Vector2d& pixel,
-                   Eigen::Matrix<double, 2, 3>& jacobian) noexcept {
-  if (!project_pinhole(camera, x, pixel, jacobian)) return false;
-  if (radius_m > 0.0) {
-    const Eigen::Vector2d centre(camera.calibration().cx_px, camera.calibration().cy_px);
-    pixel = centre + sphere_bias_factor(radius_m, camera.in_camera(x).z()) * (pixel - centre);
-  }
-  return true;
-}
-
 double largest_eigenvalue(const Eigen::Matrix2d& m) noexcept {
   const double mean = 0.5 * (m(0, 0) + m(1, 1));
   return mean + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1));
@@ -38,8 +26,8 @@ double largest_eigenvalue(const Eigen::Matrix2d& m) noexcept {
 
 }  // namespace
 
-void Hypotheses::grow(const BlobPair& seed, std::uint32_t prediction) {
-  if (already_together(seed.a, seed.b, prediction)) return;
+void Hypotheses::grow(const BlobPair& seed) {
+  if (already_together(seed.a, seed.b)) return;
   // The pair's own position and covariance: one Gauss-Newton step from the middle between the rays.
   Partial start;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -48,7 +36,8 @@ void Hypotheses::grow(const BlobPair& seed, std::uint32_t prediction) {
     const MatchBlob& b = table_[blob];
     Eigen::Vector2d pixel;
     Eigen::Matrix<double, 2, 3> jacobian;
-    if (!predict_pixel(cameras_[b.camera], seed.midpoint_in_world, options_.marker_radius_m, pixel, jacobian))
+    if (!project_outline(cameras_[b.camera], seed.midpoint_in_world, options_.marker_radius_m, pixel,
+                         jacobian))
       return;
     const Eigen::Matrix<double, 3, 2> jw = jacobian.transpose() * b.covariance_px2.inverse();
     information.noalias() += jw * jacobian;
@@ -74,7 +63,7 @@ void Hypotheses::grow(const BlobPair& seed, std::uint32_t prediction) {
     beam_.swap(grown_);
   }
   for (const Partial& partial : beam_)
-    if (partial.tuple.count >= min_views_) consider(partial.tuple, prediction);
+    if (partial.tuple.count >= min_views_) consider(partial.tuple);
 }
 
 // The camera that the pair predicts best goes first: fewest blobs lie in its gate. Depends on geometry only,
@@ -86,7 +75,7 @@ void Hypotheses::order_cameras(const Partial& seed) {
     if (camera == a || camera == b || table_.grid(camera).empty()) continue;
     Eigen::Vector2d pixel;
     Eigen::Matrix<double, 2, 3> jacobian;
-    if (!predict_pixel(cameras_[camera], seed.position, 0.0, pixel, jacobian)) continue;
+    if (!project_pinhole(cameras_[camera], seed.position, pixel, jacobian)) continue;
     order_.push_back({(jacobian * seed.covariance * jacobian.transpose()).trace(), camera});
   }
   std::sort(order_.begin(), order_.end(), [](const Next& p, const Next& q) {
@@ -97,12 +86,12 @@ void Hypotheses::order_cameras(const Partial& seed) {
 void Hypotheses::extend_into(std::size_t camera, const Partial& partial) {
   Eigen::Vector2d pixel;
   Eigen::Matrix<double, 2, 3> jacobian;
-  if (!predict_pixel(cameras_[camera], partial.position, options_.marker_radius_m, pixel, jacobian)) {
+  if (!project_outline(cameras_[camera], partial.position, options_.marker_radius_m, pixel, jacobian)) {
     grown_.push_back(partial);
     return;
   }
   const Eigen::Matrix2d spread = jacobian * partial.covariance * jacobian.transpose();
-  const double radius = options_.gate_px + kSearchSigmas * std::sqrt(largest_eigenvalue(spread));
+  const double radius = table_.gate_px(camera) + kSearchSigmas * std::sqrt(largest_eigenvalue(spread));
   std::size_t joined = 0;
   double nearest = 1e300;
   table_.near(camera, pixel, radius, [&](std::uint32_t blob) {

@@ -9,18 +9,14 @@
 #include <Eigen/LU>
 
 #include "host/match/limits.hpp"
+#include "host/match/odd_sizes.hpp"
 #include "host/match/visible_volume.hpp"
 
 namespace glint {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
-// Size of a blob against what the other views (or the known radius) give: thresholds and blur move small
-// blobs by about half a pixel, so that only these factors and at least so many pixels mean something else
-// than one whole marker.
-constexpr double kSizeTooLarge = 1.5, kSizeTooSmall = 0.67, kSizeMargin_px = 0.75;
-// Blur and the threshold's place on its flank: how much wider than its geometric image a marker may look.
-constexpr double kBlurAllowance_px = 1.5;
+constexpr double kNearlyLog = 10.0, kAnyScore = -1e300;
 constexpr std::uint32_t kContestedOneByOne = 4;
 constexpr double kEdgeMargin_px = 1.0;  // nearer to the border a marker may well be missed
 
@@ -34,7 +30,7 @@ Hypotheses::Hypotheses(std::span<const Camera> cameras, const MatchOptions& opti
   log_volume_ = std::log(visible_volume_m3(cameras, options.min_range_m, options.max_range_m));
 }
 
-void Hypotheses::reset(std::span<const Prediction> predictions, unsigned min_views, std::size_t limit) {
+void Hypotheses::reset(unsigned min_views, std::size_t limit) {
   hypotheses_.clear();
   members_.clear();
   owner_.clear();
@@ -42,7 +38,6 @@ void Hypotheses::reset(std::span<const Prediction> predictions, unsigned min_vie
   head_of_blob_.assign(table_.size(), kNone);
   seen_.clear();
   cut_ = held_back_ = 0;
-  predictions_ = predictions;
   min_views_ = min_views;
   limit_ = limit;
   full_ = false;
@@ -57,31 +52,30 @@ void Hypotheses::reset(std::span<const Prediction> predictions, unsigned min_vie
   log_density_ = std::log(blobs / static_cast<double>(cameras_.size())) - log_volume_;
 }
 
-bool Hypotheses::already_together(std::uint32_t a, std::uint32_t b, std::uint32_t prediction) const noexcept {
+bool Hypotheses::already_together(std::uint32_t a, std::uint32_t b) const noexcept {
   for (std::uint32_t m = head_of_blob_[a]; m != kNone; m = next_of_blob_[m]) {
     const Hypothesis& h = hypotheses_[owner_[m]];
-    if (h.count < 3 || h.prediction != prediction) continue;
+    if (h.count < 3) continue;
     const auto blobs = blobs_of(h);
     if (std::find(blobs.begin(), blobs.end(), b) != blobs.end()) return true;
   }
   return false;
 }
 
-void Hypotheses::consider(BlobTuple tuple, std::uint32_t prediction) {
-  const auto hash_of = [prediction](BlobTuple& t) {
+void Hypotheses::consider(BlobTuple tuple) {
+  const auto hash_of = [](BlobTuple& t) {
     std::sort(t.blobs.begin(), t.blobs.begin() + t.count);
-    std::uint64_t hash = prediction == kNoPrediction ? 0 : scramble(~std::uint64_t{prediction});
+    std::uint64_t hash = 0;
     for (std::uint32_t blob : t.span()) hash += scramble(blob);
     return hash;
   };
   const std::uint64_t hash = hash_of(tuple);
   if (!seen_.insert(hash)) return;
   Hypothesis h;
-  h.prediction = prediction;
-  if (!evaluate(tuple, prediction, h)) return;
+  if (!evaluate(tuple, h)) return;
   const std::uint64_t reduced = hash_of(tuple);
   if (reduced != hash && !seen_.insert(reduced)) return;
-  if (h.doubtful && tuple.count == 2 && prediction == kNoPrediction) {
+  if (h.doubtful && tuple.count == 2) {
     ++held_back_;
     return;
   }
@@ -116,7 +110,7 @@ bool Hypotheses::fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& v
     for (std::size_t k = 0; k < used.size(); ++k) {
       const Eigen::Vector2d r =
           reprojection_residual_px(used[k], point.position_in_world, options_.marker_radius_m);
-      within = within && r.squaredNorm() < options_.gate_px * options_.gate_px;
+      within = within && r.norm() < table_.gate_px(table_[tuple.blobs[k]].camera);
       Eigen::Vector2d pixel;
       Eigen::Matrix<double, 2, 3> j;
       if (!project_pinhole(*used[k].camera, point.position_in_world, pixel, j)) return false;
@@ -139,57 +133,15 @@ bool Hypotheses::fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& v
   }
 }
 
-// A blob much larger than the marker has another one merged into it, a much smaller one is partly hidden:
-// either way its centroid is off by about the difference of the radii. Returns the views widened, as bits.
-std::uint32_t Hypotheses::widen_odd_sizes(const BlobTuple& tuple,
-                                          std::array<Observation, kMatchCameras>& views,
-                                          const Triangulated& point) const noexcept {
-  std::array<double, kMatchCameras> sizes{}, px_per_m{};
-  std::size_t known = 0;
-  for (std::size_t k = 0; k < tuple.count; ++k) {
-    const MatchBlob& blob = table_[tuple.blobs[k]];
-    const double range = (point.position_in_world - cameras_[blob.camera].position_in_world()).norm();
-    px_per_m[k] = 1.0 / (range * blob.angle_per_px);
-    if (blob.radius_px > 0.0) sizes[known++] = blob.radius_px / px_per_m[k];
-  }
-  if (known < (options_.marker_radius_m > 0.0 ? 1 : 3)) return 0;
-  double typical = 0.0;
-  if (known >= 3) {
-    std::nth_element(sizes.begin(), sizes.begin() + (known - 1) / 2, sizes.begin() + known);
-    typical = sizes[(known - 1) / 2];
-  }
-  std::uint32_t widened = 0;
-  for (std::size_t k = 0; k < tuple.count; ++k) {
-    const MatchBlob& blob = table_[tuple.blobs[k]];
-    if (blob.radius_px <= 0.0 || blob.saturated) continue;
-    double difference = 0.0;
-    if (typical > 0.0) {
-      const double expected = typical * px_per_m[k], d = blob.radius_px - expected;
-      if ((blob.radius_px > kSizeTooLarge * expected || blob.radius_px < kSizeTooSmall * expected) &&
-          std::abs(d) > kSizeMargin_px)
-        difference = d;
-    } else {
-      const double expected = options_.marker_radius_m * px_per_m[k];
-      if (const double d = blob.radius_px - kSizeTooLarge * expected - kBlurAllowance_px; d > 0.0)
-        difference = d;
-      if (const double d = kSizeTooSmall * expected - kSizeMargin_px - blob.radius_px; d > 0.0)
-        difference = -d;
-    }
-    if (difference == 0.0) continue;
-    views[k].covariance_px2 += difference * difference * Eigen::Matrix2d::Identity();
-    widened |= 1u << blob.camera;
-  }
-  return widened;
-}
-
-bool Hypotheses::evaluate(BlobTuple& tuple, std::uint32_t prediction, Hypothesis& h) const noexcept {
+bool Hypotheses::evaluate(BlobTuple& tuple, Hypothesis& h) const noexcept {
   std::array<Observation, kMatchCameras> views;
   for (std::size_t k = 0; k < tuple.count; ++k) {
     const MatchBlob& blob = table_[tuple.blobs[k]];
     views[k] = {&cameras_[blob.camera], blob.normalized, blob.covariance_px2};
   }
   if (!fit(tuple, views, h.point)) return false;
-  const std::uint32_t odd = widen_odd_sizes(tuple, views, h.point);
+  const std::uint32_t odd =
+      widen_odd_sizes(cameras_, options_, table_, tuple, h.point.position_in_world, views);
   if (odd != 0 && !fit(tuple, views, h.point)) return false;
   unsigned good = 0;
   for (std::uint32_t blob : tuple.span()) {
@@ -201,20 +153,13 @@ bool Hypotheses::evaluate(BlobTuple& tuple, std::uint32_t prediction, Hypothesis
   h.doubtful = good < 2;
   const std::span<const Observation> used(views.data(), tuple.count);
   h.score = score_of(tuple, used, h);
-  if (!std::isfinite(h.score)) return false;
-  if (prediction != kNoPrediction && h.doubtful) {
-    // One good view at most: the track's expectation takes the place of the second.
-    const Prediction& p = predictions_[prediction];
-    const PositionPrior prior{p.position_in_world, p.covariance_m2};
-    if (const auto fitted = triangulate(used, triangulate_options_, &prior)) h.point = *fitted;
-  }
-  return true;
+  return std::isfinite(h.score);
 }
 
 // Log-likelihood ratio as in multi-sensor assignment (Poore 1994; Deb, Yeddanapudi, Pattipati, Bar-Shalom
 // 1997): each blob is worth its density at the residual over that of clutter, each camera that should see the
 // marker and does not costs log(1 - P_D), and the position is integrated over its prior: as many markers as a
-// camera has blobs, uniformly in the volume, or the prediction.
+// camera has blobs, uniformly in the volume.
 double Hypotheses::score_of(const BlobTuple& tuple, std::span<const Observation> views,
                             const Hypothesis& h) const noexcept {
   double score = -0.5 * h.point.chi2;
@@ -230,25 +175,16 @@ double Hypotheses::score_of(const BlobTuple& tuple, std::span<const Observation>
                                               options_.min_range_m, options_.max_range_m))
       score += std::log(1.0 - kDetected);
   score += 0.5 * std::log(h.point.covariance_m2.determinant());
-  if (h.prediction == kNoPrediction) return score + 1.5 * log_2pi() + log_density_;
-  const Prediction& p = predictions_[h.prediction];
-  const Eigen::Matrix3d s = p.covariance_m2 + h.point.covariance_m2;
-  const Eigen::Vector3d d = h.point.position_in_world - p.position_in_world;
-  const double distance2 = d.dot(s.inverse() * d);
-  if (!(distance2 <= kPredictionChi2)) return -std::numeric_limits<double>::infinity();
-  return score - 0.5 * distance2 - 0.5 * std::log(s.determinant());
+  return score + 1.5 * log_2pi() + log_density_;
 }
 
-// A variant of the same marker shares its track, or most blobs with it; another marker does not.
-bool Hypotheses::shared_by_others(std::uint32_t blob, std::size_t hypothesis) const noexcept {
+// A variant of the same marker shares most blobs with it; another marker does not.
+bool Hypotheses::shared_by_others(std::uint32_t blob, std::size_t hypothesis,
+                                  double least_score) const noexcept {
   const Hypothesis& h = hypotheses_[hypothesis];
   for (std::uint32_t m = head_of_blob_[blob]; m != kNone; m = next_of_blob_[m]) {
     const Hypothesis& other = hypotheses_[owner_[m]];
-    if (owner_[m] == hypothesis) continue;
-    if (h.prediction != kNoPrediction) {
-      if (h.prediction != other.prediction) return true;
-      continue;
-    }
+    if (owner_[m] == hypothesis || other.score < least_score) continue;
     const auto a = blobs_of(h), b = blobs_of(other);  // both ascending
     std::size_t common = 0;
     for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
@@ -264,6 +200,13 @@ bool Hypotheses::shared_by_others(std::uint32_t blob, std::size_t hypothesis) co
   return false;
 }
 
+bool Hypotheses::contested(std::size_t hypothesis) const noexcept {
+  const auto blobs = blobs_of(hypotheses_[hypothesis]);
+  const double nearly = hypotheses_[hypothesis].score - kNearlyLog;
+  return std::any_of(blobs.begin(), blobs.end(),
+                     [&](std::uint32_t blob) { return shared_by_others(blob, hypothesis, nearly); });
+}
+
 void Hypotheses::split_contested() {
   const std::size_t originals = hypotheses_.size();
   for (std::size_t k = 0; k < originals; ++k) {
@@ -272,17 +215,17 @@ void Hypotheses::split_contested() {
     BlobTuple contested, rest;
     for (std::uint32_t m = 0; m < h.count; ++m) {
       const std::uint32_t blob = members_[h.first + m];
-      (shared_by_others(blob, k) ? contested : rest).add(blob);
+      (shared_by_others(blob, k, kAnyScore) ? contested : rest).add(blob);
     }
     if (contested.count == 0) continue;
-    if (rest.count >= min_views_) consider(rest, h.prediction);
+    if (rest.count >= min_views_) consider(rest);
     // One by one only while they are few: of many, it is rarely just one that the other marker takes.
     if (contested.count == 1 || contested.count > kContestedOneByOne) continue;
     for (std::uint32_t left_out : contested.span()) {
       BlobTuple without;
       for (std::uint32_t m = 0; m < h.count; ++m)
         if (members_[h.first + m] != left_out) without.add(members_[h.first + m]);
-      consider(without, h.prediction);
+      consider(without);
     }
   }
 }

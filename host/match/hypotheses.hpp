@@ -4,33 +4,22 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "host/geometry/triangulate.hpp"
 #include "host/match/blob_table.hpp"
+#include "host/match/blob_tuple.hpp"
 #include "host/match/pair_search.hpp"
 #include "host/match/seen_set.hpp"
 
 namespace glint {
 
-inline constexpr std::uint32_t kNoPrediction = std::numeric_limits<std::uint32_t>::max();
-
 struct Hypothesis {
   Triangulated point;
   double score = 0.0;  ///< log-likelihood ratio: one marker against that many blobs of clutter
   std::uint32_t first = 0, count = 0;
-  std::uint32_t prediction = kNoPrediction;
   bool doubtful = false;  ///< at most one of its blobs looks like one whole marker
-};
-
-/// A consistent tuple of blobs, at most one per camera, ascending.
-struct BlobTuple {
-  std::array<std::uint32_t, kMatchCameras> blobs{};
-  std::uint32_t count = 0;
-  void add(std::uint32_t blob) noexcept { blobs[count++] = blob; }
-  std::span<const std::uint32_t> span() const noexcept { return {blobs.data(), count}; }
 };
 
 class Hypotheses {
@@ -40,16 +29,18 @@ class Hypotheses {
 
   /// Forgets everything; clutter densities are taken from the blobs that are free now. A tuple with fewer
   /// views than `min_views` is not kept, nor more than `limit` tuples.
-  void reset(std::span<const Prediction> predictions, unsigned min_views, std::size_t limit);
+  void reset(unsigned min_views, std::size_t limit);
 
   /// Extends a pair to the tuples of all other cameras that agree with it, and keeps them.
-  void grow(const BlobPair& seed, std::uint32_t prediction);
+  void grow(const BlobPair& seed);
 
   /// For a blob that several hypotheses want: adds each of them without it.
   void split_contested();
 
   std::size_t size() const noexcept { return hypotheses_.size(); }
   const Hypothesis& operator[](std::size_t k) const noexcept { return hypotheses_[k]; }
+  /// Another marker's hypothesis wants one of its blobs and is nearly as likely.
+  bool contested(std::size_t hypothesis) const noexcept;
   std::span<const std::uint32_t> blobs_of(const Hypothesis& h) const noexcept {
     return {members_.data() + h.first, h.count};
   }
@@ -65,18 +56,16 @@ class Hypotheses {
     std::uint32_t camera;
   };
 
-  bool already_together(std::uint32_t a, std::uint32_t b, std::uint32_t prediction) const noexcept;
+  bool already_together(std::uint32_t a, std::uint32_t b) const noexcept;
   void order_cameras(const Partial& seed);
   void extend_into(std::size_t camera, const Partial& partial);
-  void consider(BlobTuple tuple, std::uint32_t prediction);
-  bool evaluate(BlobTuple& tuple, std::uint32_t prediction, Hypothesis& h) const noexcept;
+  void consider(BlobTuple tuple);
+  bool evaluate(BlobTuple& tuple, Hypothesis& h) const noexcept;
   bool fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
            Triangulated& point) const noexcept;
-  std::uint32_t widen_odd_sizes(const BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
-                                const Triangulated& point) const noexcept;
   double score_of(const BlobTuple& tuple, std::span<const Observation> views,
                   const Hypothesis& h) const noexcept;
-  bool shared_by_others(std::uint32_t blob, std::size_t hypothesis) const noexcept;
+  bool shared_by_others(std::uint32_t blob, std::size_t hypothesis, double least_score) const noexcept;
 
   std::span<const Camera> cameras_;
   const MatchOptions& options_;
@@ -84,7 +73,6 @@ class Hypotheses {
   TriangulateOptions triangulate_options_;
   double log_volume_ = 0.0, log_density_ = 0.0;  // of the space; of markers in it, per m^3
   std::vector<double> log_clutter_;              // per pixel^2, by camera
-  std::span<const Prediction> predictions_;
   unsigned min_views_ = 2;
   std::size_t limit_ = 0;
   bool full_ = false;

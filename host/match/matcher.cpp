@@ -10,18 +10,15 @@
 #include "host/base/error.hpp"
 #include "host/geometry/floor_point.hpp"
 #include "host/match/blob_table.hpp"
+#include "host/match/claims.hpp"
 #include "host/match/hypotheses.hpp"
 #include "host/match/limits.hpp"
 #include "host/match/pair_search.hpp"
+#include "host/match/pixel_look.hpp"
 #include "host/match/set_packing.hpp"
 
 namespace glint {
 namespace {
-
-// A prediction that is this uncertain in some camera, or that finds so many blobs, cannot tell them apart:
-// its marker is found without it, and the tracker joins them.
-constexpr double kVaguePx = 40.0;
-constexpr std::size_t kVagueBlobs = 6;
 
 // Tuples kept at most: 150 MB. Far fewer (so many per blob of the fullest camera, and some) mean that the
 // blobs are too dense for so few views to tell them apart; then more views are asked for first.
@@ -66,27 +63,29 @@ struct Matcher::Impl {
         cameras(make_cameras(calibration)),
         table(cameras, options),
         pairs(cameras, options, table),
-        hypotheses(cameras, options, table) {}
+        hypotheses(cameras, options, table),
+        claims(cameras, options, table),
+        pixels(cameras, options, table) {}
 
   void meet_plane();
-  void match_predictions(std::span<const Prediction> predictions);
-  void collect_candidates(const Prediction& prediction);
+  void match_claims(bool single_view);
   void match_all_pairs(unsigned min_views);
   bool collect_all_pairs(unsigned min_views, std::size_t limit);
   void suspect_what_points_explain();
-  void select(double bonus, std::size_t prediction_count);
-  void accept(const Hypothesis& h);
+  void select(double bonus);
+  Point& accept(std::span<const std::uint32_t> blobs, const Triangulated& found);
 
   const MatchOptions options;
   const std::vector<Camera> cameras;
   BlobTable table;
   PairSearch pairs;
   Hypotheses hypotheses;
+  Claims claims;
+  PixelLook pixels;
   SetPacking packing;
   SetPacking::Counters packed;
   std::vector<std::uint32_t> chosen, elements;
-  std::vector<std::vector<std::uint32_t>> candidates;  // by camera, of one prediction
-  bool vague = false;
+  std::vector<std::uint8_t> settled;  // by prediction: has its blobs
 
   std::span<const Prediction> predictions;
   std::vector<Point>* points = nullptr;
@@ -105,7 +104,7 @@ Matcher::~Matcher() = default;
 
 void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
                     std::span<const Prediction> predictions, std::vector<Point>& points,
-                    MatchCounters& counters) {
+                    MatchCounters& counters, std::span<const gpu::ImageView> images) {
   Impl& m = *impl_;
   GLINT_CHECK(blobs.size() == m.cameras.size());
   points.clear();
@@ -113,19 +112,22 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
   m.counters = &counters;
   m.predictions = predictions;
   m.packed = {};
-  m.candidates.resize(m.cameras.size());
   m.table.fill(blobs);
   counters.blobs += m.table.size();
+  if (m.options.marker_radius_m > 0.0 && !images.empty() && !predictions.empty())
+    m.pixels.look(blobs, images, predictions, counters);
 
   if (m.options.plane_height_m) {
     m.meet_plane();
   } else {
-    if (!predictions.empty()) m.match_predictions(predictions);
+    m.settled.assign(predictions.size(), 0);
+    m.match_claims(false);
     m.match_all_pairs(std::max(3u, m.options.min_cameras));
     if (m.options.min_cameras == 2) {
       m.suspect_what_points_explain();
       m.match_all_pairs(2);
     }
+    m.match_claims(true);
   }
 
   std::uint64_t used = 0;
@@ -152,42 +154,31 @@ void Matcher::Impl::meet_plane() {
     point.covariance_m2 = met->covariance_m2;
     point.views = 1;
     point.blob_of_camera.fill(-1);
-    point.blob_of_camera[0] = static_cast<std::int32_t>(blob);
+    point.blob_of_camera[0] = static_cast<std::int32_t>(table[blob].record);
     table.claim(blob);
   }
 }
 
-// Blobs near to where the prediction expects them, by camera; sets `vague` if there are too many to be of
-// use.
-void Matcher::Impl::collect_candidates(const Prediction& prediction) {
-  vague = false;
-  for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
-    auto& list = candidates[camera];
-    list.clear();
-    Eigen::Vector2d pixel;
-    Eigen::Matrix<double, 2, 3> jacobian;
-    if (!project_pinhole(cameras[camera], prediction.position_in_world, pixel, jacobian)) continue;
-    const Eigen::Matrix2d spread = jacobian * prediction.covariance_m2 * jacobian.transpose();
-    const double radius = options.gate_px + std::sqrt(kPredictionChi2 * spread.trace());
-    table.near(camera, pixel, radius, [&](std::uint32_t blob) { list.push_back(blob); });
-    vague = vague || list.size() > kVagueBlobs || (radius > kVaguePx && !list.empty());
+// Tracks have the first choice, and with one camera alone the last: what looks like a lone blob of a lost
+// track may be part of the point at which it came back. Each blob and each track is used once; all choices
+// are weighed together.
+void Matcher::Impl::match_claims(bool single_view) {
+  if (predictions.empty()) return;
+  claims.find(predictions, settled, single_view);
+  const std::span<const Claim> all = claims.all();
+  packing.reset(table.size() + predictions.size());
+  for (const Claim& claim : all) {
+    elements.assign(claim.tuple.span().begin(), claim.tuple.span().end());
+    elements.push_back(static_cast<std::uint32_t>(table.size() + claim.prediction));
+    packing.add(elements, claim.score);
   }
-}
-
-void Matcher::Impl::match_predictions(std::span<const Prediction> all) {
-  hypotheses.reset(all, options.min_cameras, kMaxHypotheses);
-  for (std::uint32_t k = 0; k < all.size(); ++k) {
-    if (!all[k].position_in_world.allFinite() || !all[k].covariance_m2.allFinite()) continue;
-    collect_candidates(all[k]);
-    if (vague) continue;
-    for (std::size_t a = 0; a < cameras.size(); ++a)
-      for (std::size_t b = a + 1; b < cameras.size(); ++b)
-        for (std::uint32_t p : candidates[a])
-          for (std::uint32_t q : candidates[b])
-            if (const auto pair = pairs.meet(p, q)) hypotheses.grow(*pair, k);
+  packing.solve(chosen, packed);
+  std::sort(chosen.begin(), chosen.end());
+  for (const std::uint32_t k : chosen) {
+    accept(all[k].tuple.span(), all[k].point).predicted_by = predictions[all[k].prediction].track;
+    settled[all[k].prediction] = 1;
   }
-  hypotheses.split_contested();
-  select(0.0, all.size());
+  counters->hypotheses += all.size();
 }
 
 void Matcher::Impl::match_all_pairs(unsigned min_views) {
@@ -202,18 +193,18 @@ void Matcher::Impl::match_all_pairs(unsigned min_views) {
     collect_all_pairs(min_views, kMaxHypotheses);
   }
   hypotheses.split_contested();
-  select(min_views == 2 ? -kTwoViewLogOdds : 0.0, 0);
+  select(min_views == 2 ? -kTwoViewLogOdds : 0.0);
 }
 
 // False if there are more than `limit` hypotheses: the rest was not looked for unless the limit is the last
 // one.
 bool Matcher::Impl::collect_all_pairs(unsigned min_views, std::size_t limit) {
-  hypotheses.reset({}, min_views, limit);
+  hypotheses.reset(min_views, limit);
   for (std::size_t a = 0; a < cameras.size(); ++a)
     for (std::uint32_t blob = table.begin_of(a); blob < table.end_of(a); ++blob) {
       if (!table.free(blob)) continue;
       for (std::size_t b = a + 1; b < cameras.size(); ++b)
-        pairs.partners(blob, b, [&](const BlobPair& pair) { hypotheses.grow(pair, kNoPrediction); });
+        pairs.partners(blob, b, [&](const BlobPair& pair) { hypotheses.grow(pair); });
       if (hypotheses.full() && limit < kMaxHypotheses) return false;
     }
   return !hypotheses.full();
@@ -223,8 +214,8 @@ bool Matcher::Impl::collect_all_pairs(unsigned min_views, std::size_t limit) {
 // then is a bad witness for any further point.
 void Matcher::Impl::suspect_what_points_explain() {
   for (const Point& point : *points) {
-    double radius_m = 0.0;
-    for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
+    double radius_m = options.marker_radius_m;
+    for (std::size_t camera = 0; camera < cameras.size() && options.marker_radius_m <= 0.0; ++camera) {
       if (point.blob_of_camera[camera] < 0) continue;
       const MatchBlob& blob =
           table[table.begin_of(camera) + static_cast<std::uint32_t>(point.blob_of_camera[camera])];
@@ -238,44 +229,58 @@ void Matcher::Impl::suspect_what_points_explain() {
       if (!project_pinhole(cameras[camera], point.position_in_world, pixel, jacobian)) continue;
       const double own_px = radius_m * jacobian.row(0).norm();
       // A merged blob is at most about twice as wide as one marker.
-      table.near(camera, pixel, std::max(options.gate_px, 3.0 * own_px), [&](std::uint32_t blob) {
-        const double reach = std::max(options.gate_px, own_px + table[blob].radius_px);
+      table.near(camera, pixel, std::max(table.gate_px(camera), 3.0 * own_px), [&](std::uint32_t blob) {
+        const double reach = std::max(table.gate_px(camera), own_px + table[blob].radius_px);
         if ((table[blob].pixel - pixel).norm() < reach) table.suspect(blob);
       });
     }
   }
 }
 
-void Matcher::Impl::select(double bonus, std::size_t prediction_count) {
-  packing.reset(table.size() + prediction_count);
-  for (std::size_t k = 0; k < hypotheses.size(); ++k) {
-    const Hypothesis& h = hypotheses[k];
-    elements.assign(hypotheses.blobs_of(h).begin(), hypotheses.blobs_of(h).end());
-    if (h.prediction != kNoPrediction)
-      elements.push_back(static_cast<std::uint32_t>(table.size() + h.prediction));
-    packing.add(elements, h.score + bonus);
-  }
+void Matcher::Impl::select(double bonus) {
+  packing.reset(table.size());
+  for (std::size_t k = 0; k < hypotheses.size(); ++k)
+    packing.add(hypotheses.blobs_of(hypotheses[k]), hypotheses[k].score + bonus);
   packing.solve(chosen, packed);
   std::sort(chosen.begin(), chosen.end());
-  for (std::uint32_t k : chosen) accept(hypotheses[k]);
+  for (const std::uint32_t k : chosen)
+    accept(hypotheses.blobs_of(hypotheses[k]), hypotheses[k].point).contested = hypotheses.contested(k);
   counters->hypotheses += hypotheses.size();
   counters->hypotheses_cut += hypotheses.cut();
   counters->held_back += hypotheses.held_back();
 }
 
-void Matcher::Impl::accept(const Hypothesis& h) {
+Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangulated& found) {
   Point& point = points->emplace_back();
-  point.position_in_world = h.point.position_in_world;
-  point.covariance_m2 = h.point.covariance_m2;
-  point.rms_px = h.point.rms_px;
-  point.views = h.count;
+  point.position_in_world = found.position_in_world;
+  point.covariance_m2 = found.covariance_m2;
+  point.rms_px = found.rms_px;
+  point.views = static_cast<std::uint32_t>(blobs.size());
+  point.information_per_m2 = found.information_per_m2;
+  point.gradient_per_m = found.gradient_per_m;
   point.blob_of_camera.fill(-1);
-  if (h.prediction != kNoPrediction) point.predicted_by = predictions[h.prediction].track;
-  for (std::uint32_t blob : hypotheses.blobs_of(h)) {
+  Eigen::Matrix3d by_calibration = Eigen::Matrix3d::Zero();
+  for (const std::uint32_t blob : blobs) {
     const std::uint32_t camera = table[blob].camera;
-    point.blob_of_camera[camera] = static_cast<std::int32_t>(blob - table.begin_of(camera));
+    point.blob_of_camera[camera] = static_cast<std::int32_t>(table[blob].record);
+    if (table[blob].resolved) point.resolved |= std::uint32_t{1} << camera;
     table.claim(blob);
+    Eigen::Vector2d pixel;
+    Eigen::Matrix<double, 2, 3> jacobian;
+    if (!project_outline(cameras[camera], point.position_in_world, options.marker_radius_m, pixel, jacobian))
+      continue;
+    const double calibration_px2 = table.calibration_variance_px2(camera);
+    point.residual_px[camera] = (table[blob].pixel - pixel).cast<float>();
+    point.noise_px2[camera] = static_cast<float>(0.5 * table[blob].covariance_px2.trace() - calibration_px2);
+    if (calibration_px2 > 0.0) by_calibration += jacobian.transpose() * jacobian / calibration_px2;
   }
+  point.calibration_covariance_m2.setZero();
+  if (point.views >= 2 && by_calibration.trace() > 0.0) {
+    // Where two cameras face each other, their calibration alone bounds little; a metre is as good as
+    // nothing.
+    point.calibration_covariance_m2 = (by_calibration + Eigen::Matrix3d::Identity()).inverse();
+  }
+  return point;
 }
 
 }  // namespace glint

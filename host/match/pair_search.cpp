@@ -55,7 +55,7 @@ std::optional<BlobPair> PairSearch::meet(std::uint32_t a, std::uint32_t b) const
   }
   const double skew = base.dot(normal), distance2 = skew * skew / sine2;
   if (distance2 > kPairChi2 * variance) return std::nullopt;
-  const double gate = options_.gate_px * (metre_per_px_a + metre_per_px_b);
+  const double gate = table_.gate_px(p.camera) * metre_per_px_a + table_.gate_px(q.camera) * metre_per_px_b;
   if (distance2 > gate * gate) return std::nullopt;
   BlobPair pair;
   pair.a = a;
@@ -83,7 +83,8 @@ void PairSearch::collect_along_line(std::uint32_t a, std::size_t camera) {
   };
   const double reach = std::sqrt(kPairChi2);
   // A blob of the other camera may be of the widest kind; the gate bounds how far it may lie off.
-  const double own_px = std::min(options_.gate_px, reach * blob.sigma_px), other_px = options_.gate_px;
+  const double own_px = std::min(table_.gate_px(blob.camera), reach * blob.sigma_px),
+               other_px = table_.gate_px(camera);
   const double focal_px = std::max(std::abs(c.fx_px), std::abs(c.fy_px));
   const auto tolerance_at = [&](double s) {
     // One pixel off the ray, seen at this depth by the other camera, whose own obliqueness lengthens it.

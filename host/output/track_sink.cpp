@@ -4,14 +4,19 @@
 
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <string_view>
+#include <vector>
+
+#include "host/output/body_sink.hpp"
 
 namespace glint {
 
 namespace {
 
 constexpr int kMetreDecimals = 7;  // 0.1 um, a hundredth of the best rig's noise
+constexpr int kSdDecimals = 8;     // two figures of what the best rig comes to
 constexpr int kPixelDecimals = 4;
 
 std::int64_t nanoseconds(Timestamp time) noexcept {
@@ -29,6 +34,61 @@ bool aligned(const TrackRow& row, const TrackedPoint& point) noexcept {
   return (point.cameras & row.unproven.value_or(0)) == 0;
 }
 
+std::string_view name_of(SampleKind kind) noexcept {
+  switch (kind) {
+    case SampleKind::SingleView:
+      return "single-view";
+    case SampleKind::Predicted:
+      return "predicted";
+    case SampleKind::Measured:
+      break;
+  }
+  return "measured";
+}
+
+std::string_view name_of(IdentityEvent::Kind kind) noexcept {
+  switch (kind) {
+    case IdentityEvent::Kind::Kept:
+      return "kept";
+    case IdentityEvent::Kind::Swapped:
+      return "swapped";
+    case IdentityEvent::Kind::Unresolved:
+      return "unresolved";
+    case IdentityEvent::Kind::Ambiguous:
+      break;
+  }
+  return "ambiguous";
+}
+
+/// Per axis: with it in all three directions the mean squared error is what the covariance says.
+double sd_m(const TrackedPoint& point) noexcept { return std::sqrt(point.covariance_m2.trace() / 3.0); }
+
+void write_id_or_null(RecordFile& file, TrackId id) noexcept {
+  if (id == TrackId{}) {
+    file.text("null");
+  } else {
+    file.unsigned_integer(number(id));
+  }
+}
+
+void write_identity(RecordFile& file, std::span<const IdentityEvent> events) noexcept {
+  bool first = true;
+  for (const IdentityEvent& event : events) {
+    file.text(first ? ",\"identity\":[{\"kind\":\"" : ",{\"kind\":\"").text(name_of(event.kind));
+    file.text("\",\"a\":").unsigned_integer(number(event.a));
+    file.text(",\"b\":").unsigned_integer(number(event.b));
+    if (event.kind == IdentityEvent::Kind::Unresolved) {
+      file.text(",\"new_a\":");
+      write_id_or_null(file, event.new_a);
+      file.text(",\"new_b\":");
+      write_id_or_null(file, event.new_b);
+    }
+    file.text("}");
+    first = false;
+  }
+  if (!first) file.text("]");
+}
+
 class FileTrackSink : public TrackSink {
  public:
   FileTrackSink(const OutputSpec& spec, std::string_view header) : file_(spec.path, spec.force, header) {}
@@ -44,7 +104,8 @@ class FileTrackSink : public TrackSink {
 class CsvTrackSink final : public FileTrackSink {
  public:
   explicit CsvTrackSink(const OutputSpec& spec)
-      : FileTrackSink(spec, "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras,aligned\n") {}
+      : FileTrackSink(spec,
+                      "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras,aligned,kind,age,ambiguous,sd_m\n") {}
 
   SinkStatus write(const TrackRow& row) noexcept override {
     const std::int64_t time_ns = nanoseconds(row.exposed);
@@ -56,7 +117,10 @@ class CsvTrackSink final : public FileTrackSink {
       }
       file_.number(point.residual_px, kPixelDecimals, "nan").text(",");
       write_cameras(file_, point.cameras, "+");
-      file_.text(row.unproven ? (aligned(row, point) ? ",1" : ",0") : ",");
+      file_.text(row.unproven ? (aligned(row, point) ? ",1," : ",0,") : ",,");
+      file_.text(name_of(point.kind)).text(",").unsigned_integer(point.age_frames).text(",");
+      if (point.ambiguous_with != TrackId{}) file_.unsigned_integer(number(point.ambiguous_with));
+      file_.text(",").number(sd_m(point), kSdDecimals, "nan");
       file_.end_row();
     }
     return file_.end_group();
@@ -65,7 +129,9 @@ class CsvTrackSink final : public FileTrackSink {
 
 class JsonlTrackSink final : public FileTrackSink {
  public:
-  explicit JsonlTrackSink(const OutputSpec& spec) : FileTrackSink(spec, {}) {}
+  JsonlTrackSink(const OutputSpec& spec, std::span<const BodyModel> bodies) : FileTrackSink(spec, {}) {
+    for (const BodyModel& body : bodies) body_names_.push_back(quote_json(body.name));
+  }
 
   SinkStatus write(const TrackRow& row) noexcept override {
     file_.text("{\"tick\":").unsigned_integer(number(row.trigger));
@@ -74,7 +140,9 @@ class JsonlTrackSink final : public FileTrackSink {
     if (row.stamped) file_.text(",\"stamped_ns\":").integer(nanoseconds(*row.stamped));
     file_.text(",\"cameras\":[");
     write_cameras(file_, row.frames, ",");
-    file_.text(row.dark ? "],\"dark\":true,\"points\":[" : "],\"points\":[");
+    file_.text(row.dark ? "],\"dark\":true" : "]");
+    write_identity(file_, row.identity);
+    file_.text(",\"points\":[");
     bool first = true;
     for (const TrackedPoint& point : row.points) {
       file_.text(first ? "{\"id\":" : ",{\"id\":").unsigned_integer(number(point.id));
@@ -84,14 +152,26 @@ class JsonlTrackSink final : public FileTrackSink {
       file_.text(",\"residual_px\":").number(point.residual_px, kPixelDecimals, "null");
       file_.text(",\"cameras\":[");
       write_cameras(file_, point.cameras, ",");
-      file_.text(row.unproven ? (aligned(row, point) ? "],\"aligned\":true}" : "],\"aligned\":false}")
-                              : "],\"aligned\":null}");
+      file_.text("],\"aligned\":");
+      file_.text(row.unproven ? (aligned(row, point) ? "true" : "false") : "null");
+      file_.text(",\"kind\":\"").text(name_of(point.kind));
+      file_.text("\",\"age\":").unsigned_integer(point.age_frames).text(",\"ambiguous\":");
+      write_id_or_null(file_, point.ambiguous_with);
+      file_.text(",\"sd_m\":").number(sd_m(point), kSdDecimals, "null").text("}");
       first = false;
     }
-    file_.text("]}");
+    file_.text("]");
+    if (!body_names_.empty()) {
+      file_.text(",\"bodies\":");
+      write_bodies_json(file_, row.bodies, body_names_);
+    }
+    file_.text("}");
     file_.end_row();
     return file_.end_group();
   }
+
+ private:
+  std::vector<std::string> body_names_;  // as JSON
 };
 
 class NoTrackSink final : public TrackSink {
@@ -108,12 +188,12 @@ class NoTrackSink final : public TrackSink {
 
 }  // namespace
 
-std::unique_ptr<TrackSink> make_track_sink(const OutputSpec& spec) {
+std::unique_ptr<TrackSink> make_track_sink(const OutputSpec& spec, std::span<const BodyModel> bodies) {
   switch (spec.kind) {
     case OutputKind::Csv:
       return std::make_unique<CsvTrackSink>(spec);
     case OutputKind::Jsonl:
-      return std::make_unique<JsonlTrackSink>(spec);
+      return std::make_unique<JsonlTrackSink>(spec, bodies);
     case OutputKind::None:
       break;
   }

@@ -11,16 +11,16 @@ constexpr std::size_t kResults = 32;  // a third of a second at 90 Hz for a slow
 constexpr std::size_t kPointsReserved = 512;
 constexpr std::size_t kEventsReserved = 40;
 constexpr std::size_t kHealthEventsReserved = 64;
+constexpr std::size_t kIdentityEventsReserved = 128;
+constexpr std::size_t kBodyEventsReserved = 128;
 
 }  // namespace
 
 TrackPipeline::TrackPipeline(std::unique_ptr<TickInput> input, const Calibration& calibration,
                              const MatchOptions& match, const TrackOptions& track,
-                             std::function<void()> on_track_thread)
+                             std::span<const BodyModel> bodies, std::function<void()> on_track_thread)
     : input_(std::move(input)),
-      matcher_(calibration, match),
-      tracker_(track),
-      health_(calibration, match),
+      step_(calibration, match, track, bodies),
       on_track_thread_(std::move(on_track_thread)),
       results_(kResults),
       spares_(kResults) {
@@ -29,6 +29,9 @@ TrackPipeline::TrackPipeline(std::unique_ptr<TickInput> input, const Calibration
     result->points.reserve(kPointsReserved);
     result->events.reserve(kEventsReserved);
     result->health.reserve(kHealthEventsReserved);
+    result->identity.reserve(kIdentityEventsReserved);
+    result->bodies.reserve(bodies.size());
+    result->body_events.reserve(kBodyEventsReserved);
     (void)spares_.push(std::move(result));
   }
 }
@@ -46,44 +49,35 @@ std::unique_ptr<TickResult> TrackPipeline::spare(bool live) noexcept {
   return there ? std::move(result) : nullptr;
 }
 
-void TrackPipeline::watch(const TickBlobs& tick, std::span<const Point> points,
-                          std::span<const TrackedPoint> tracked) noexcept {
-  watched_.clear();
-  for (const TrackedPoint& point : tracked) watched_.push_back({point.point, point.velocity_in_world});
-  health_.watch({tick.exposed, tick.frames, tick.cameras, points, watched_});
-  for (const HealthEvent& event : health_.events())
+void TrackPipeline::watch(const TickBlobs& tick) noexcept {
+  if (tick.dark) return;
+  step_.watch(tick);
+  for (const HealthEvent& event : step_.health().events())
     if (health_events_.size() < kHealthEventsReserved) health_events_.push_back(event);
 }
 
 void TrackPipeline::track_loop() noexcept {
   const bool live = input_->live();
   TickBlobs tick;
-  std::vector<Prediction> predictions;
-  std::vector<Point> points;
-  std::vector<TrackedPoint> tracked;
-  predictions.reserve(kPointsReserved);
-  points.reserve(kPointsReserved);
-  tracked.reserve(kPointsReserved);
-  watched_.reserve(kPointsReserved);
   health_events_.reserve(kHealthEventsReserved);
+  identity_events_.reserve(kIdentityEventsReserved);
+  body_events_.reserve(kBodyEventsReserved);
   ReadStatus status = ReadStatus::Ok;
   while ((status = input_->next(tick)) == ReadStatus::Ok) {
-    tracker_.predict(tick.exposed, predictions);
-    if (tick.dark) {
-      tracked.clear();
-    } else {
-      matcher_.match(tick.cameras, predictions, points, match_counters_);
-      tracker_.update(points, tracked, track_counters_);
-    }
+    step_.take(tick);
+    for (const IdentityEvent& event : step_.identity_events())
+      if (identity_events_.size() < kIdentityEventsReserved) identity_events_.push_back(event);
+    for (const BodyEvent& event : step_.body_events())
+      if (body_events_.size() < kBodyEventsReserved) body_events_.push_back(event);
     const Timestamp finished = std::chrono::steady_clock::now();
     if (ticks_.fetch_add(1, std::memory_order_relaxed) == 0 && on_track_thread_) on_track_thread_();
-    points_.fetch_add(tracked.size(), std::memory_order_relaxed);
+    points_.fetch_add(step_.tracked().size(), std::memory_order_relaxed);
 
     std::unique_ptr<TickResult> result = spare(live);
     if (!result) {
       if (!live) break;  // the output is gone
       results_dropped_.fetch_add(1, std::memory_order_relaxed);
-      if (!tick.dark) watch(tick, points, tracked);
+      watch(tick);
       continue;
     }
     result->trigger = tick.trigger;
@@ -96,14 +90,19 @@ void TrackPipeline::track_loop() noexcept {
     result->live = tick.live;
     result->blobs = 0;
     for (const auto& blobs : tick.cameras) result->blobs += static_cast<std::uint32_t>(blobs.size());
-    result->points.assign(tracked.begin(), tracked.end());
+    result->points.assign(step_.tracked().begin(), step_.tracked().end());
     result->unproven = tick.unproven;
     result->dark = tick.dark;
     result->events.assign(tick.events.begin(), tick.events.end());
     result->health.assign(health_events_.begin(), health_events_.end());
     health_events_.clear();
+    result->identity.assign(identity_events_.begin(), identity_events_.end());
+    identity_events_.clear();
+    result->bodies.assign(step_.bodies().begin(), step_.bodies().end());
+    result->body_events.assign(body_events_.begin(), body_events_.end());
+    body_events_.clear();
     (void)results_.push(std::move(result));  // there are as many slots as results
-    if (!tick.dark) watch(tick, points, tracked);
+    watch(tick);
   }
   end_ = status == ReadStatus::Ok ? ReadStatus::End : status;
   done_.store(true, std::memory_order_release);
@@ -128,8 +127,9 @@ TrackCountersSnapshot TrackPipeline::counters() const noexcept {
   c.points = points_.load(std::memory_order_relaxed);
   c.results_dropped = results_dropped_.load(std::memory_order_relaxed);
   if (done_.load(std::memory_order_acquire)) {
-    c.match = match_counters_;
-    c.track = track_counters_;
+    c.match = step_.match_counters();
+    c.track = step_.track_counters();
+    c.body = step_.body_counters();
   }
   return c;
 }

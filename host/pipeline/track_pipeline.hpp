@@ -13,10 +13,8 @@
 #include <vector>
 
 #include "host/base/ring.hpp"
-#include "host/health/camera_health.hpp"
-#include "host/match/matcher.hpp"
 #include "host/pipeline/tick_input.hpp"
-#include "host/track/tracker.hpp"
+#include "host/pipeline/track_step.hpp"
 
 namespace glint {
 
@@ -35,6 +33,10 @@ struct TickResult {
   /// Cameras whose condition changed by what was seen up to the exposure before: they are looked at when the
   /// points are out.
   std::vector<HealthEvent> health;
+  /// Of this exposure, after those of exposures before whose result was dropped.
+  std::vector<IdentityEvent> identity;
+  std::vector<TrackedBody> bodies;     ///< none in the dark
+  std::vector<BodyEvent> body_events;  ///< as those of identity
 
   /// None of the point's cameras may show another pulse; none: nothing is coded, nobody knows.
   std::optional<bool> aligned(const TrackedPoint& point) const noexcept {
@@ -50,15 +52,17 @@ struct TrackCountersSnapshot {
   std::uint64_t results_dropped = 0;  ///< live only: the output was too slow
   MatchCounters match;                ///< complete after the end
   TrackCounters track;                ///< complete after the end
+  BodyCounters body;                  ///< complete after the end
 };
 
 /// Owns the tracking thread. The caller's thread is the output thread: it calls run().
 class TrackPipeline {
  public:
   /// on_track_thread is called by that thread after its first tick, so that whatever a Vulkan driver starts
-  /// in the first submission does not inherit what it sets. It must not throw.
+  /// in the first submission does not inherit what it sets. It must not throw. `bodies`: as of TrackStep.
   TrackPipeline(std::unique_ptr<TickInput> input, const Calibration& calibration, const MatchOptions& match,
-                const TrackOptions& track, std::function<void()> on_track_thread = {});
+                const TrackOptions& track, std::span<const BodyModel> bodies = {},
+                std::function<void()> on_track_thread = {});
   ~TrackPipeline();
 
   /// Tracks to the end of the input; `on_result` is called for every tick, in order, on this thread, and may
@@ -71,26 +75,22 @@ class TrackPipeline {
   TickInput& input() noexcept { return *input_; }
   TrackCountersSnapshot counters() const noexcept;
   /// After the end.
-  HealthReport health() const { return health_.report(); }
+  HealthReport health() const { return step_.health().report(); }
   const std::string& problem() const noexcept { return problem_; }
 
  private:
   void track_loop() noexcept;
-  void watch(const TickBlobs& tick, std::span<const Point> points,
-             std::span<const TrackedPoint> tracked) noexcept;
+  void watch(const TickBlobs& tick) noexcept;
   std::unique_ptr<TickResult> spare(bool live) noexcept;
 
   std::unique_ptr<TickInput> input_;
-  Matcher matcher_;
-  Tracker tracker_;
-  CameraHealth health_;
-  std::vector<WatchedMarker> watched_;      // the tracking thread's
-  std::vector<HealthEvent> health_events_;  // likewise: not yet handed on
+  TrackStep step_;                              // the tracking thread's
+  std::vector<HealthEvent> health_events_;      // likewise: not yet handed on
+  std::vector<IdentityEvent> identity_events_;  // not yet in a result
+  std::vector<BodyEvent> body_events_;          // likewise
   std::function<void()> on_track_thread_;
   Ring<std::unique_ptr<TickResult>> results_, spares_;
   std::atomic<std::uint64_t> ticks_{0}, points_{0}, results_dropped_{0};
-  MatchCounters match_counters_;  // the tracking thread's, read after it ended
-  TrackCounters track_counters_;
   std::atomic<bool> done_{false};
   ReadStatus end_ = ReadStatus::End;
   std::string problem_;

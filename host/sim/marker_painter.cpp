@@ -15,6 +15,7 @@ constexpr double kNominalExposure_s = 137e-6;
 constexpr double kRingRadius_m = 0.02;                              // LEDs around the lens
 constexpr double kBeadAngle_rad = 0.40 * std::numbers::pi / 180.0;  // return falls to 1/e
 constexpr unsigned kHiddenSamples = 400;
+static_assert(kHiddenSamples <= Scene::kMostSamples);
 
 struct Node {
   double at, weight;  // over an exposure from -1/2 to +1/2

@@ -25,17 +25,45 @@ class Problems {
 
 bool is_rate(double value) { return value >= 0.0 && value <= 1.0; }  // false for NaN
 
+void check_bodies(const SimOptions& o, Problems& p) {
+  const SimBodies& bodies = o.bodies;
+  if (o.motion == SimMotion::Crossing) {
+    p.require(bodies.count == 2, "bodies.count must be 2: two bodies cross");
+    p.require(bodies.closest_m >= 2.0 * o.marker_radius_m && bodies.closest_m <= 0.3,
+              "bodies.closest_m must be at least a marker's diameter and at most 0.3");
+    p.require(bodies.crossing_period_s >= 0.2 && bodies.crossing_period_s <= 100.0,
+              "bodies.crossing_period_s must be 0.2 to 100");
+  } else {
+    p.require(bodies.count >= 1 && bodies.count <= 100, "bodies.count must be 1 to 100");
+    p.require(bodies.max_acceleration_m_s2 > 0.0 && bodies.max_acceleration_m_s2 <= 1e5,
+              "bodies.max_acceleration_m_s2 must be above 0 and at most 1e5");
+  }
+  p.require(bodies.markers >= 3 && bodies.markers <= 12, "bodies.markers must be 3 to 12");
+  p.require(bodies.size_m >= 0.05 && bodies.size_m <= 1.0, "bodies.size_m must be 0.05 to 1");
+  p.require(o.markers == std::uint64_t{bodies.count} * bodies.markers, "markers must be those of all bodies");
+}
+
+void check_motion(const SimOptions& o, Problems& p) {
+  if (o.motion == SimMotion::Wand) {
+    p.require(!o.wand_m.empty() && o.wand_m.front() == 0.0 &&
+                  std::is_sorted(o.wand_m.begin(), o.wand_m.end()) && o.wand_m.back() <= 1.5,
+              "wand_m must begin with 0 and rise to 1.5 at most");
+    p.require(o.markers == o.wand_m.size(), "markers must be those of the wand");
+  } else {
+    p.require(o.wand_m.empty(), "wand_m is for the motion Wand only");
+    p.require(!o.person, "person is for the motion Wand only");
+  }
+  if (o.motion == SimMotion::Tumbling || o.motion == SimMotion::Crossing) check_bodies(o, p);
+  if (o.motion == SimMotion::Pairs) p.require(o.markers % 2 == 0, "markers must be even: they come in pairs");
+}
+
 }  // namespace
 
 void SimOptions::check(std::vector<std::string>& problems) const {
   Problems p(problems);
   p.require(cameras >= 1 && cameras <= gpu::kMaxCameras, "cameras must be 1 to 32");
   p.require(markers <= 1000, "markers must be 0 to 1000");
-  if (!wand_m.empty()) {
-    p.require(wand_m.front() == 0.0 && std::is_sorted(wand_m.begin(), wand_m.end()) && wand_m.back() <= 1.5,
-              "wand_m must begin with 0 and rise to 1.5 at most");
-    p.require(markers == wand_m.size(), "markers must be those of the wand");
-  }
+  check_motion(*this, p);
   p.require(rate_hz > 0.0 && rate_hz <= 10000.0, "rate_hz must be above 0 and at most 10000");
   p.require(max_speed_m_s >= 0.0 && max_speed_m_s <= 100.0, "max_speed_m_s must be 0 to 100");
   p.require(width_px >= 32 && width_px <= 8192 && height_px >= 32 && height_px <= 8192 &&
@@ -61,6 +89,12 @@ void SimOptions::check(std::vector<std::string>& problems) const {
             "faults.extra_noise_grey must be 0 to 100");
   p.require(code_group == 0 || (code_group >= PulseCode::kLeastGroup && code_group <= PulseCode::kMostGroup),
             "code_group must be 0 (as recommended for the rate) or 18 to 1024");
+  p.require(is_rate(faults.missing_rate), "faults.missing_rate must be 0 to 1");
+  p.require(faults.blinks_per_frame >= 0.0 && faults.blinks_per_frame <= 100.0,
+            "faults.blinks_per_frame must be 0 to 100");
+  p.require(std::all_of(faults.off.begin(), faults.off.end(),
+                        [this](const SimOff& off) { return off.camera < cameras; }),
+            "faults.off.camera must be one of the rig's cameras");
   if (faults.slip) {
     p.require(faults.slip->camera < cameras, "faults.slip.camera must be one of the rig's cameras");
     p.require(std::abs(faults.slip->pulses) <= 1000, "faults.slip.pulses must be -1000 to 1000");

@@ -48,7 +48,13 @@ struct SimDelay {
   double delay_s = 0.0;
 };
 
-/// Faults on request. Rates are per frame and camera.
+/// A camera whose frames never come: `ticks` of them from `tick` on.
+struct SimOff {
+  std::uint32_t camera = 0;
+  std::uint64_t tick = 0, ticks = 0;
+};
+
+/// Faults on request. Rates are per frame and camera where nothing else is said.
 struct SimFaults {
   double drop_rate = 0.0;         ///< the frame is exposed but never arrives; its sequence number is missing
   double duplicate_rate = 0.0;    ///< the previous image comes again under its old sequence number
@@ -59,18 +65,42 @@ struct SimFaults {
   std::optional<SimSlip> slip;
   std::optional<SimSwap> swap;
   std::optional<SimDelay> delay;
+  std::vector<SimOff> off;
+  double missing_rate = 0.0;      ///< per marker: it gives no light, in one camera and one exposure
+  double blinks_per_frame = 0.0;  ///< expected number of pixels or 2x2 clusters that light up for one frame
+};
+
+/// How markers move.
+enum class SimMotion : std::uint8_t {
+  Thrown,    ///< balls in gravity that bounce for ever
+  Wand,      ///< a person waves a wand with markers at `wand_m`
+  Tumbling,  ///< rigid bodies, each swinging and turning in a part of the volume of its own
+  Crossing,  ///< two rigid bodies that meet again and again, closely
+  Pairs      ///< pairs of balls that touch, part, and slide round each other
+};
+
+/// Rigid bodies of Tumbling and Crossing.
+struct SimBodies {
+  std::uint32_t count = 0;
+  std::uint32_t markers = 5;             ///< of each
+  double size_m = 0.2;                   ///< diameter of the ball that holds a body's markers
+  bool identical = false;                ///< all have the same markers
+  double max_acceleration_m_s2 = 110.0;  ///< Tumbling: of any marker
+  double closest_m = 0.05;               ///< Crossing: smallest distance between markers of the two
+  double crossing_period_s = 1.0;        ///< Crossing: they meet once in each
 };
 
 struct SimOptions {
-  std::uint32_t cameras = 4;  ///< 1..32; up to four stand on the corners, more on the circle through them
-  std::uint32_t markers = 20;
+  std::uint32_t cameras = 4;   ///< 1..32; up to four stand on the corners, more on the circle through them
+  std::uint32_t markers = 20;  ///< in all: of all bodies, of the wand, two of each pair
   double rate_hz = 90.0;
-  double max_speed_m_s = 10.0;                     ///< no marker is ever faster; 0: they hang still
+  double max_speed_m_s = 10.0;  ///< Thrown, Tumbling: no marker is ever faster; 0: they hang still
   std::uint32_t width_px = 1280, height_px = 800;  ///< OV9281; the field of view across stays the same
   double marker_radius_m = 0.0063;
-  /// A person waves a wand with markers at these places on its axis, the first at 0, instead of balls that
-  /// fly; `markers` is their number then. Empty: none.
-  std::vector<double> wand_m;
+  SimMotion motion = SimMotion::Thrown;
+  std::vector<double> wand_m;  ///< Wand: places of the markers on its axis, the first at 0
+  bool person = false;         ///< Wand: the person who waves it stands in the way of light
+  SimBodies bodies;            ///< Tumbling, Crossing
   double exposure_s = 137e-6;  ///< brightness is in proportion
   std::uint64_t seed = 1;
   std::uint32_t bright_spots = 5;  ///< static reflections per camera, as in a real room

@@ -29,7 +29,13 @@ enum class Stream : std::uint64_t {
   Duplicate,
   Late,
   BoardPose,
-  BoardNoise
+  BoardNoise,
+  Bodies,
+  Crossings,
+  Person,
+  Missing,
+  Blinks,
+  CalibrationError
 };
 
 /// Seed of one stream, from the run's seed and up to two indices (camera, tick).

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "host/sim/faults.hpp"
+
 namespace glint::sim {
 namespace {
 
@@ -72,6 +74,22 @@ void Renderer::render(std::uint32_t camera, std::uint64_t tick, std::uint8_t* pi
       }
       std::fill(light + box.x_min_px, light + box.x_max_px + 1, 0.0f);
     }
+  }
+  add_blinks(camera, tick, pixels, stride_bytes, memory.drawn);
+}
+
+void Renderer::add_blinks(std::uint32_t camera, std::uint64_t tick, std::uint8_t* pixels,
+                          std::uint32_t stride_bytes, std::vector<PixelBox>& boxes) const {
+  Blinks blinks(scene_.options(), camera, tick);
+  for (std::uint32_t i = 0; i < blinks.count(); ++i) {
+    const Blink blink = blinks.next();
+    const PixelBox box{blink.x_px, blink.y_px, blink.x_px + blink.size_px - 1,
+                       blink.y_px + blink.size_px - 1};
+    for (int y = box.y_min_px; y <= box.y_max_px; ++y) {
+      std::uint8_t* row = pixels + static_cast<std::size_t>(y) * stride_bytes;
+      for (int x = box.x_min_px; x <= box.x_max_px; ++x) row[x] = std::max(row[x], blink.grey);
+    }
+    boxes.push_back(box);
   }
 }
 

@@ -23,7 +23,7 @@ struct BufferMemory {
   BufferMemory() { stripe.fill(kUnknown); }
   std::uint32_t backdrop = 0;                           ///< camera that took what it holds
   std::array<std::uint8_t, Backdrop::kStripes> stripe;  ///< noise frame shown by each stripe
-  std::vector<PixelBox> drawn;                          ///< boxes that hold markers
+  std::vector<PixelBox> drawn;                          ///< boxes that hold markers and blinks
 };
 
 /// Thread-bound. The image of (camera, tick) depends on nothing else, whatever buffer it goes to.
@@ -44,6 +44,8 @@ class Renderer {
   void restore(const Backdrop& backdrop, std::uint64_t tick, std::uint8_t* pixels, std::uint32_t stride_bytes,
                BufferMemory& memory) const;
   void collect_light(std::uint32_t camera, std::uint64_t tick, std::vector<PixelBox>& boxes);
+  void add_blinks(std::uint32_t camera, std::uint64_t tick, std::uint8_t* pixels, std::uint32_t stride_bytes,
+                  std::vector<PixelBox>& boxes) const;
   void merge_overlapping(std::vector<PixelBox>& boxes) const;
 
   const Scene& scene_;

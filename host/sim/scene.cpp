@@ -21,21 +21,6 @@ constexpr double kHiddenShare = 0.2;     // of a seen marker's disc
 constexpr unsigned kDiscSamples = 64;
 constexpr unsigned kOutlinePoints = 16;  // its bounding box is within 2 % of the radius
 
-/// Whether the vertical cylinder blocks the segment.
-bool blocks(const sim::Pole& pole, const Eigen::Vector3d& from, const Eigen::Vector3d& to) noexcept {
-  const double dx = to.x() - from.x(), dy = to.y() - from.y();
-  const double fx = from.x() - pole.x_m, fy = from.y() - pole.y_m;
-  const double a = dx * dx + dy * dy, b = fx * dx + fy * dy,
-               c = fx * fx + fy * fy - pole.radius_m * pole.radius_m;
-  const double discriminant = b * b - a * c;
-  if (discriminant <= 0.0 || a <= 0.0) return false;
-  const double root = std::sqrt(discriminant);
-  const double enter = std::max(0.0, (-b - root) / a), leave = std::min(1.0, (-b + root) / a);
-  if (enter >= leave) return false;
-  const double dz = to.z() - from.z();
-  return std::min(from.z() + enter * dz, from.z() + leave * dz) < pole.height_m;
-}
-
 std::vector<sim::BrightSpot> place_spots(const SimOptions& options, std::uint32_t camera) {
   sim::Random random(sim::stream_seed(options.seed, sim::Stream::Spots, camera));
   std::vector<sim::BrightSpot> spots;
@@ -82,11 +67,9 @@ Scene::Scene(const SimOptions& options) : options_(options) {
   if (options.code_seed != 0) {
     code_.emplace(options.code_seed, PulseCode::group_for(options.code_group, options.rate_hz));
   }
-  if (options.wand_m.empty()) {
-    flights_ = sim::throw_markers(options, volume_);
-  } else {
-    dance_.emplace(options, volume_);
-  }
+  const sim::Volume volume;
+  movement_ = sim::make_movement(options, volume);
+  if (options.person) person_.emplace(options);
   for (std::uint32_t c = 0; c < options.cameras; ++c) {
     cameras_.emplace_back(calibration_.cameras[c]);
     spots_.push_back(place_spots(options, c));
@@ -95,13 +78,23 @@ Scene::Scene(const SimOptions& options) : options_(options) {
   if (options.faults.bump) {
     bumped_.push_back(cameras_[options.faults.bump->camera].turned(options.faults.bump->angle_rad));
   }
-  poles_ = place_poles(options, volume_);
+  poles_ = place_poles(options, volume);
 }
 
 double Scene::mid_exposure_s(std::uint32_t camera, std::uint64_t tick) const noexcept {
   const auto& delay = options_.faults.delay;
   const bool delayed = delay && delay->camera == camera && tick >= delay->tick;
   return mid_exposure_s(tick) + (delayed ? delay->delay_s : 0.0);
+}
+
+std::vector<Eigen::Vector3d> Scene::body_markers(std::uint32_t body) const {
+  const auto markers = movement_->body_markers(body);
+  return {markers.begin(), markers.end()};
+}
+
+std::optional<std::uint32_t> Scene::body_of(std::uint32_t marker) const noexcept {
+  if (bodies() == 0) return std::nullopt;
+  return marker / options_.bodies.markers;
 }
 
 std::uint32_t Scene::behind(std::uint32_t camera, std::uint64_t tick) const noexcept {
@@ -123,10 +116,11 @@ void Scene::views(std::uint32_t camera, std::uint64_t tick, std::span<sim::Marke
   for (std::uint32_t m = 0; m < options_.markers; ++m) {
     sim::MarkerView& view = views[m];
     view = {};
+    if (sim::missing(options_, camera, tick, m)) continue;
     double x_low = 1e9, x_high = -1e9, y_low = 1e9, y_high = -1e9;
     bool imaged = true;
     for (const double time : {middle - half, middle + half}) {
-      const Eigen::Vector3d centre = from.in_camera(marker(m, time).position_in_world);
+      const Eigen::Vector3d centre = from.in_camera(position(m, time));
       imaged = imaged && from.images(centre, options_.marker_radius_m);
       if (!imaged) break;
       from.outline(centre, options_.marker_radius_m, outline);
@@ -148,64 +142,6 @@ void Scene::views(std::uint32_t camera, std::uint64_t tick, std::span<sim::Marke
   }
 }
 
-bool Scene::may_be_hidden(std::uint32_t camera, std::uint64_t tick, std::uint32_t marker,
-                          std::span<const sim::MarkerView> views) const noexcept {
-  const sim::MarkerView& own = views[marker];
-  for (std::uint32_t m = 0; m < options_.markers; ++m) {
-    const sim::MarkerView& other = views[m];
-    if (m == marker || !other.imaged || other.distance_m >= own.distance_m) continue;
-    const double reach = own.radius_px + other.radius_px + 1.0;
-    if (std::abs(own.x_px - other.x_px) < reach && std::abs(own.y_px - other.y_px) < reach) return true;
-  }
-  if (poles_.empty()) return false;
-  const Eigen::Vector3d eye = this->camera(camera, tick).position_in_world();
-  const Eigen::Vector3d ball = this->marker(marker, mid_exposure_s(camera, tick)).position_in_world;
-  // The ray to the middle against a pole that is fatter and higher by the ball and its motion.
-  const double grow = options_.marker_radius_m + options_.exposure_s * options_.max_speed_m_s;
-  return std::any_of(poles_.begin(), poles_.end(), [&](const sim::Pole& pole) {
-    return blocks({pole.x_m, pole.y_m, pole.radius_m + grow, pole.height_m + grow}, eye, ball);
-  });
-}
-
-Scene::Disc Scene::disc_of(const sim::SimCamera& from, std::uint32_t marker, double time_s) const noexcept {
-  // The circle in which the tangent cone touches the ball.
-  const Eigen::Vector3d centre = from.in_camera(this->marker(marker, time_s).position_in_world);
-  const double distance = centre.norm();
-  const double sine = options_.marker_radius_m / distance;
-  const double radius = options_.marker_radius_m * std::sqrt(1.0 - sine * sine);
-  const Eigen::Vector3d side = centre.unitOrthogonal();
-  return {centre * (1.0 - sine * sine), radius * side, radius * (centre / distance).cross(side)};
-}
-
-Eigen::Vector3d Scene::disc_point(const Disc& disc, unsigned i, unsigned count) noexcept {
-  // Sunflower seeds: even over the disc (Vogel, Math. Biosci. 44, 1979).
-  constexpr double kGoldenAngle = 2.399963229728653;
-  const double radius = std::sqrt((i + 0.5) / count), angle = i * kGoldenAngle;
-  return disc.centre + radius * (std::cos(angle) * disc.right + std::sin(angle) * disc.down);
-}
-
-bool Scene::hidden(const sim::SimCamera& from, std::uint32_t marker, double time_s,
-                   std::span<const sim::MarkerView> views,
-                   const Eigen::Vector3d& point_in_camera) const noexcept {
-  const double own_distance = views[marker].distance_m;
-  const Eigen::Vector3d ray = point_in_camera.normalized();
-  for (std::uint32_t m = 0; m < options_.markers; ++m) {
-    const sim::MarkerView& other = views[m];
-    if (m == marker || !other.imaged || other.distance_m >= own_distance) continue;
-    const double reach = views[marker].radius_px + other.radius_px + 1.0;
-    if (std::abs(views[marker].x_px - other.x_px) > reach ||
-        std::abs(views[marker].y_px - other.y_px) > reach)
-      continue;
-    const Eigen::Vector3d centre = from.in_camera(this->marker(m, time_s).position_in_world);
-    if (centre.cross(ray).squaredNorm() < options_.marker_radius_m * options_.marker_radius_m) return true;
-  }
-  if (poles_.empty()) return false;
-  const Eigen::Vector3d eye = from.position_in_world();
-  const Eigen::Vector3d point = eye + from.camera_from_world_rotation().transpose() * point_in_camera;
-  return std::any_of(poles_.begin(), poles_.end(),
-                     [&](const sim::Pole& pole) { return blocks(pole, eye, point); });
-}
-
 void Scene::truth(std::uint64_t tick, TickTruth& truth) const {
   truth.tick = tick;
   truth.delivered = 0;
@@ -215,6 +151,9 @@ void Scene::truth(std::uint64_t tick, TickTruth& truth) const {
     const sim::MarkerState state = marker(m, time_s);
     truth.markers[m] = {state.position_in_world, state.velocity_in_world, 0, 0};
   }
+  truth.world_from_body.resize(bodies());
+  for (std::uint32_t b = 0; b < bodies(); ++b)
+    truth.world_from_body[b] = movement_->world_from_body(b, time_s);
   truth.views.resize(std::size_t{options_.cameras} * options_.markers);
   for (std::uint32_t c = 0; c < options_.cameras; ++c) {
     const std::uint32_t bit = 1u << c;
@@ -239,21 +178,33 @@ void Scene::truth(std::uint64_t tick, TickTruth& truth) const {
     }
     if ((truth.delivered & bit) == 0) continue;
     for (std::uint32_t m = 0; m < options_.markers; ++m) {
-      if ((truth.markers[m].visible & bit) == 0) continue;
-      const sim::MarkerView& view = views[m];
-      const auto touches = [&](double x, double y, double radius) {
-        return std::hypot(view.x_px - x, view.y_px - y) < view.radius_px + radius + kApart_px;
-      };
-      bool alone = true;
-      // Any other marker that is imaged counts, if only half of it shows.
-      for (std::uint32_t n = 0; n < options_.markers && alone; ++n) {
-        alone = n == m || !views[n].imaged || !touches(views[n].x_px, views[n].y_px, views[n].radius_px);
-      }
-      for (const sim::BrightSpot& spot : spots_[behind(c, tick)])
-        alone = alone && !touches(spot.x_px, spot.y_px, spot.radius_px);
-      if (alone) truth.markers[m].clean |= bit;
+      MarkerTruth& marker = truth.markers[m];
+      if ((marker.visible & bit) != 0 && stands_alone(c, tick, m, views)) marker.clean |= bit;
     }
   }
+}
+
+bool Scene::stands_alone(std::uint32_t camera, std::uint64_t tick, std::uint32_t marker,
+                         std::span<const sim::MarkerView> views) const noexcept {
+  const sim::MarkerView& view = views[marker];
+  const auto touches = [&](double x, double y, double radius) {
+    return std::hypot(view.x_px - x, view.y_px - y) < view.radius_px + radius + kApart_px;
+  };
+  // Any other marker that is imaged counts, if only half of it shows.
+  for (std::uint32_t n = 0; n < options_.markers; ++n) {
+    if (n != marker && views[n].imaged && touches(views[n].x_px, views[n].y_px, views[n].radius_px))
+      return false;
+  }
+  for (const sim::BrightSpot& spot : spots_[behind(camera, tick)]) {
+    if (touches(spot.x_px, spot.y_px, spot.radius_px)) return false;
+  }
+  sim::Blinks blinks(options_, camera, tick);
+  for (std::uint32_t i = 0; i < blinks.count(); ++i) {
+    const sim::Blink blink = blinks.next();
+    const double half_px = 0.5 * blink.size_px;
+    if (touches(blink.x_px + half_px - 0.5, blink.y_px + half_px - 0.5, half_px)) return false;
+  }
+  return true;
 }
 
 }  // namespace glint

@@ -2,8 +2,10 @@
 // The truth: where markers, cameras and poles are at every tick, and who sees whom.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,10 +14,12 @@
 
 #include "host/base/pulse_code.hpp"
 #include "host/geometry/camera.hpp"
-#include "host/sim/motion.hpp"
+#include "host/sim/faults.hpp"
+#include "host/sim/movement.hpp"
+#include "host/sim/obstacle.hpp"
 #include "host/sim/options.hpp"
+#include "host/sim/person.hpp"
 #include "host/sim/sim_camera.hpp"
-#include "host/sim/wand_dance.hpp"
 
 namespace glint {
 
@@ -23,7 +27,8 @@ namespace sim {
 
 /// Where a marker's image lies in one camera over the exposure.
 struct MarkerView {
-  bool imaged = false;  ///< in front of the camera and within the lens model; the rest is valid only then
+  /// In front of the camera, within the lens model and not missing; the rest is valid only then.
+  bool imaged = false;
   double distance_m = 0.0;
   double x_px = 0.0, y_px = 0.0;                     ///< middle of the bounding box
   double half_width_px = 0.0, half_height_px = 0.0;  ///< of the outline and its motion
@@ -40,7 +45,7 @@ struct MarkerTruth {
   /// it.
   std::uint32_t visible = 0;
   /// Visible, the frame arrived in its set, and its blob stands alone: 4 px or more between its outline and
-  /// that of any other visible marker and of any static bright spot. This is "seen".
+  /// that of any other imaged marker, of any static bright spot and of any blink. This is "seen".
   std::uint32_t clean = 0;
 };
 
@@ -49,6 +54,7 @@ struct TickTruth {
   std::uint32_t delivered = 0;  ///< cameras whose frame of this tick arrives in its set
   std::vector<MarkerTruth> markers;
   std::vector<sim::MarkerView> views;  ///< index: camera * markers + marker
+  std::vector<Pose> world_from_body;   ///< of every rigid body, at mid exposure
 
   std::span<const sim::MarkerView> views_of(std::uint32_t camera) const noexcept {
     return std::span(views).subspan(camera * markers.size(), markers.size());
@@ -72,11 +78,6 @@ struct Glow {
   }
 };
 
-/// A dark vertical cylinder that stands on the floor.
-struct Pole {
-  double x_m = 0.0, y_m = 0.0, radius_m = 0.0, height_m = 0.0;
-};
-
 }  // namespace sim
 
 /// Everything of a simulated run follows from its options. Reentrant: any thread may ask for any tick.
@@ -98,8 +99,17 @@ class Scene {
   /// When that camera really exposes.
   double mid_exposure_s(std::uint32_t camera, std::uint64_t tick) const noexcept;
   sim::MarkerState marker(std::uint32_t marker, double time_s) const noexcept {
-    return dance_ ? dance_->marker(marker, time_s) : flights_[marker].at(time_s);
+    return movement_->marker(marker, time_s);
   }
+  /// The same without velocity, for less.
+  Eigen::Vector3d position(std::uint32_t marker, double time_s) const noexcept {
+    return movement_->position(marker, time_s);
+  }
+  /// Rigid bodies in the scene; none unless the motion has them.
+  std::uint32_t bodies() const noexcept { return movement_->bodies(); }
+  /// Where the markers sit in the frame of their body, in order of their numbers.
+  std::vector<Eigen::Vector3d> body_markers(std::uint32_t body) const;
+  std::optional<std::uint32_t> body_of(std::uint32_t marker) const noexcept;
   /// The light is off in that pulse.
   bool dark(std::uint64_t tick) const noexcept { return code_ && code_->dark(tick + options_.code_first); }
   /// Replaces `truth`; allocates only the first time.
@@ -119,33 +129,37 @@ class Scene {
   /// Whether anything could hide part of that marker.
   bool may_be_hidden(std::uint32_t camera, std::uint64_t tick, std::uint32_t marker,
                      std::span<const sim::MarkerView> views) const noexcept;
-  /// Calls visit(point_in_camera, hidden) for `count` points spread evenly over the marker's visible disc.
+  /// Calls visit(point_in_camera, hidden) for `count` points spread evenly over the marker's visible disc;
+  /// kMostSamples at most.
   template <typename Visit>
   void sample_disc(std::uint32_t camera, std::uint64_t tick, std::uint32_t marker, double time_s,
                    std::span<const sim::MarkerView> views, unsigned count, Visit&& visit) const {
-    const sim::SimCamera& from = this->camera(camera, tick);
-    const Disc disc = disc_of(from, marker, time_s);
-    for (unsigned i = 0; i < count; ++i) {
-      const Eigen::Vector3d point = disc_point(disc, i, count);
-      visit(point, hidden(from, marker, time_s, views, point));
-    }
+    std::array<DiscSample, kMostSamples> samples;
+    const std::span<DiscSample> wanted(samples.data(), std::min<std::size_t>(count, kMostSamples));
+    fill_samples(camera, tick, marker, time_s, views, wanted);
+    for (const DiscSample& sample : wanted) visit(sample.point_in_camera, sample.hidden);
   }
+  static constexpr std::size_t kMostSamples = 400;
 
  private:
-  struct Disc {
-    Eigen::Vector3d centre, right, down;
+  struct DiscSample {
+    Eigen::Vector3d point_in_camera;
+    bool hidden;
   };
-  Disc disc_of(const sim::SimCamera& from, std::uint32_t marker, double time_s) const noexcept;
-  static Eigen::Vector3d disc_point(const Disc& disc, unsigned i, unsigned count) noexcept;
-  bool hidden(const sim::SimCamera& from, std::uint32_t marker, double time_s,
-              std::span<const sim::MarkerView> views, const Eigen::Vector3d& point_in_camera) const noexcept;
+  /// Only of a scene with a wand.
+  Eigen::Vector3d wand_middle(double time_s) const noexcept {
+    return 0.5 * (position(0, time_s) + position(options_.markers - 1, time_s));
+  }
+  void fill_samples(std::uint32_t camera, std::uint64_t tick, std::uint32_t marker, double time_s,
+                    std::span<const sim::MarkerView> views, std::span<DiscSample> samples) const noexcept;
+  bool stands_alone(std::uint32_t camera, std::uint64_t tick, std::uint32_t marker,
+                    std::span<const sim::MarkerView> views) const noexcept;
 
   SimOptions options_;
   Calibration calibration_;
   std::optional<PulseCode> code_;
-  sim::Volume volume_;
-  std::vector<sim::Flight> flights_;
-  std::optional<sim::WandDance> dance_;
+  std::unique_ptr<const sim::Movement> movement_;
+  std::optional<sim::Person> person_;
   std::vector<sim::SimCamera> cameras_;
   std::vector<sim::SimCamera> bumped_;  // none or one
   std::vector<std::vector<sim::BrightSpot>> spots_;

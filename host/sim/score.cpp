@@ -23,20 +23,6 @@ double root_mean(double sum, std::uint64_t count) noexcept {
 
 }  // namespace
 
-void Score::Histogram::add(double value) noexcept {
-  const double place = std::log10(std::max(value, kLowest) / kLowest) * static_cast<double>(kBinsPerDecade);
-  ++bins_[std::min(bins_.size() - 1, static_cast<std::size_t>(place))];
-  ++count_;
-}
-
-double Score::Histogram::median() const noexcept {
-  if (count_ == 0) return 0.0;
-  std::uint64_t below = 0;
-  std::size_t bin = 0;
-  while (below + bins_[bin] <= count_ / 2) below += bins_[bin++];
-  return kLowest * std::pow(10.0, (static_cast<double>(bin) + 0.5) / static_cast<double>(kBinsPerDecade));
-}
-
 Score::Score(const Scene& scene, const ScoreOptions& options)
     : scene_(scene),
       options_(options),

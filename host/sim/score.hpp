@@ -2,7 +2,6 @@
 // How good a tracker's points are, against the truth.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "host/sim/bound.hpp"
+#include "host/sim/log_histogram.hpp"
 #include "host/sim/scene.hpp"
 
 namespace glint {
@@ -59,18 +59,6 @@ class Score {
     double distance_m = 0.0;
     std::uint32_t point = 0, marker = 0;
   };
-  /// Counts by the logarithm of the value: medians to 1 % without keeping the values.
-  class Histogram {
-   public:
-    void add(double value) noexcept;
-    double median() const noexcept;
-
-   private:
-    static constexpr double kLowest = 1e-9;
-    static constexpr std::size_t kBinsPerDecade = 230;  // 1 % each
-    std::array<std::uint64_t, 15 * kBinsPerDecade> bins_{};
-    std::uint64_t count_ = 0;
-  };
   void assign(std::span<const ScoredPoint> points);
   void count_errors(std::uint64_t tick, std::span<const ScoredPoint> points);
 
@@ -85,7 +73,7 @@ class Score {
   ScoreResult counts_;
   double sum_error2_ = 0.0, sum_clean_error2_ = 0.0, sum_bounded_error2_ = 0.0, sum_bound2_ = 0.0;
   std::uint64_t clean_points_ = 0, bounded_points_ = 0;
-  Histogram errors_, ratios_;
+  sim::LogHistogram errors_, ratios_;
 };
 
 }  // namespace glint

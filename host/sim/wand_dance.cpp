@@ -40,10 +40,4 @@ Eigen::Vector3d WandDance::position(std::uint32_t marker, double time_s) const n
   return middle + from_middle_m_[marker] * direction;
 }
 
-MarkerState WandDance::marker(std::uint32_t marker, double time_s) const noexcept {
-  constexpr double kStep_s = 1e-4;  // of a motion that changes within tenths of seconds
-  return {position(marker, time_s),
-          (position(marker, time_s + kStep_s) - position(marker, time_s - kStep_s)) / (2.0 * kStep_s)};
-}
-
 }  // namespace glint::sim

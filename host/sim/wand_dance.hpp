@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "host/sim/motion.hpp"
+#include "host/sim/movement.hpp"
 #include "host/sim/options.hpp"
 
 namespace glint::sim {
@@ -16,16 +16,14 @@ namespace glint::sim {
 /// The middle of the wand runs on a Lissajous figure of periods that have no common multiple, so that it
 /// comes by everywhere within a minute, at up to about 1.5 m/s; the wand turns about all axes meanwhile. Both
 /// follow from the seed.
-class WandDance {
+class WandDance final : public Movement {
  public:
   /// `options.wand_m` has the places of the markers on the wand.
   WandDance(const SimOptions& options, const Volume& volume);
 
-  MarkerState marker(std::uint32_t marker, double time_s) const noexcept;
+  Eigen::Vector3d position(std::uint32_t marker, double time_s) const noexcept override;
 
  private:
-  Eigen::Vector3d position(std::uint32_t marker, double time_s) const noexcept;
-
   std::vector<double> from_middle_m_;
   Eigen::Vector3d centre_in_world_, reach_m_;
   std::array<double, 3> rate_rad_s_{}, phase_rad_{};

@@ -3,6 +3,7 @@
 #include "host/track/tracker.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -14,50 +15,96 @@
 namespace glint {
 namespace {
 
-// Chi-square, three degrees of freedom: 25 is exceeded once in 65,000 by a marker that moves as the model
-// says, and such markers are what the gate is for; 11.3 (1 %) is where the velocity is taken to have changed.
-constexpr double kGateChi2 = 25.0, kSurpriseChi2 = 11.3;
+// Chi-square, three degrees of freedom: 25 is exceeded once in 65,000 by a marker that moves as the models
+// say, and such markers are what the gate is for.
+constexpr double kGateChi2 = 25.0;
 // Triangulation does not know all of its errors; below this the filter would trust it blindly.
-constexpr double kMeasurementFloor_m = 2e-5;
+constexpr double kMeasurementFloor_m = 5e-6;
 // Points of unknown origin per cubic metre and frame: what an assignment must beat. Only its logarithm
 // counts.
 constexpr double kNewPointDensity = 0.01;
-// A marker bounces off with at most the speed that it came with, give or take.
-constexpr double kBounceSpeedFactor = 1.2, kBounceSpeedOffset_m_s = 1.0;
 constexpr double kStandStill_m = 0.01;  // how far measurements of a marker at rest may lie apart, generously
-constexpr unsigned kBounceFrames = 2;   // frames after the last measurement in which a bounce is looked for
+// How far a marker travels until the calibration's error there has little to do with that where it was: lens
+// models err over a good part of the image, poses over the whole room.
+constexpr double kBiasLength_m = 2.0;
+constexpr double kLost_m = 0.1;  // a position known no better is no position
+constexpr unsigned kSettledFrames =
+    4;  // measured so often, a track is known well enough to live on one camera
+// A point this near to a track that has its own (squared Mahalanobis distance) is a second look at the same
+// marker.
+constexpr double kSameChi2 = 16.0;
+
+constexpr std::size_t kTracksReserved = 512, kEventsReserved = 128;
 
 struct Track {
   TrackId id;
   Motion motion;
   Eigen::Vector3d measured_at;  ///< last measured position
-  double since_measured_s;
-  unsigned seen, missed;
-  bool published;
-  std::uint32_t point;  ///< of this frame
+  double since_measured_s = 0.0;
+  unsigned seen = 1, missed = 0;  ///< frames measured by two cameras; frames since any camera saw it
+  std::uint32_t age = 0;          ///< frames since two cameras did
+  bool published = false;
+  std::uint32_t point = kNoPoint;  ///< of this frame
+  Eigen::Matrix3d calibration_covariance_m2 = Eigen::Matrix3d::Zero();
+  std::array<ViewBias, kMatchCameras> bias{};
 };
 
+// Tracks farther apart than this many standard deviations, or than this, cannot have each other's points.
+constexpr double kQuestionSigmas = 6.0, kQuestionReach_m = 0.15;
+
+constexpr double kFloor_m2 = kMeasurementFloor_m * kMeasurementFloor_m;
+
 Eigen::Matrix3d measurement_covariance(const Point& point) noexcept {
-  return point.covariance_m2 + kMeasurementFloor_m * kMeasurementFloor_m * Eigen::Matrix3d::Identity();
+  return point.covariance_m2 + kFloor_m2 * Eigen::Matrix3d::Identity();
+}
+
+// Three views agree by chance far more rarely than two, unless markers are so near to each other that blobs
+// could be shared out in another way.
+bool is_sure(const Point& point) noexcept {
+  return point.views >= 3 && !point.contested && point.predicted_by == TrackId{};
+}
+
+// With the floor: (L^-1 + f I)^-1 = (I + f L)^-1 L, which also holds where one view leaves a direction open.
+PositionEvidence evidence_of(const Point& point) noexcept {
+  PositionEvidence e{point.position_in_world, point.information_per_m2, point.gradient_per_m};
+  if (e.information_per_m2.isZero(0.0)) {  // a point that is not of views, but of a plane
+    e.information_per_m2 = measurement_covariance(point).inverse();
+    return e;
+  }
+  const Eigen::Matrix3d blunt = (Eigen::Matrix3d::Identity() + kFloor_m2 * e.information_per_m2).inverse();
+  e.information_per_m2 = blunt * e.information_per_m2;
+  e.gradient_per_m = blunt * e.gradient_per_m;
+  return e;
 }
 
 }  // namespace
 
 struct Tracker::Impl {
-  explicit Impl(const TrackOptions& given) : options(given) {}
+  Impl(const TrackOptions& given, std::span<const double> calibration_sd_px) : options(given) {
+    for (const double sd_px : calibration_sd_px) calibration_px2.push_back(sd_px * sd_px);
+    tracks.reserve(kTracksReserved);
+    events.reserve(kEventsReserved);
+  }
 
-  void take_predicted(std::span<const Point> points);
+  void take_claims(std::span<const Point> points, bool single_view);
   void assign_by_likelihood(std::span<const Point> points);
-  void assign_bounces(std::span<const Point> points);
-  void correct(Track& track, const Point& point);
+  void correct(Track& track, std::span<const Point> points);
+  void learn_bias(Track& track, const Point& point) const;
   void start(const Point& point, std::uint32_t number);
+  bool is_second_look(const Point& point) const;
+  Doubts::Seen seen(const Track& track) const noexcept;
+  Track* find(TrackId id) noexcept;
+  void question_identities(std::span<const Point> points, TrackCounters& counters);
+  void answer_questions(TrackCounters& counters);
+  void publish(const Track& track, std::span<const Point> points, std::vector<TrackedPoint>& tracked) const;
   void sort_points(std::span<const Point> points);
   template <typename Visit>
   void free_points_near(std::span<const Point> points, const Eigen::Vector3d& centre, double reach_m,
                         Visit&& visit);
 
   const TrackOptions options;
-  std::vector<Track> tracks;  // ascending ids
+  std::vector<double> calibration_px2;  // by camera, variance per axis
+  std::vector<Track> tracks;            // ascending ids
   std::uint32_t next_id = 1;
   bool started = false;
   Timestamp now{};
@@ -66,15 +113,18 @@ struct Tracker::Impl {
   std::vector<std::uint8_t> point_taken;
   std::vector<std::uint32_t> points_by_x, column_of_row, row_track;
   std::vector<AssignmentEdge> edges;
-  std::vector<std::uint32_t> edges_of_point;
   Assignment assignment;
+  std::vector<PositionEvidence> evidence;  // by point
+  std::vector<std::uint32_t> tracks_by_x;
+  Doubts doubts;
+  std::vector<IdentityEvent> events;
 };
 
-Tracker::Tracker(const TrackOptions& options) {
+Tracker::Tracker(const TrackOptions& options, std::span<const double> calibration_sd_px) {
   std::vector<std::string> problems;
   options.check(problems);
   if (!problems.empty()) throw Error(problems.front());
-  impl_ = std::make_unique<Impl>(options);
+  impl_ = std::make_unique<Impl>(options, calibration_sd_px);
 }
 
 Tracker::~Tracker() = default;
@@ -86,11 +136,26 @@ void Tracker::predict(Timestamp exposed, std::vector<Prediction>& predictions) {
   t.started = true;
   t.now = std::max(t.now, exposed);
   predictions.clear();
+  t.doubts.advance(t.step_s, t.options.acceleration_sd_m_s2);
   for (Track& track : t.tracks) {
     track.motion.advance(t.step_s, t.options.acceleration_sd_m_s2);
     track.since_measured_s += t.step_s;
-    track.point = kUnassigned;
-    predictions.push_back({track.id, track.motion.position(), track.motion.position_covariance()});
+    track.point = kNoPoint;
+    const double kept = std::exp(-track.motion.velocity().norm() * t.step_s / kBiasLength_m);
+    for (std::size_t camera = 0; camera < t.calibration_px2.size(); ++camera) {
+      ViewBias& bias = track.bias[camera];
+      bias.px *= kept;
+      bias.variance_px2 = kept * kept * bias.variance_px2 + (1.0 - kept * kept) * t.calibration_px2[camera];
+    }
+    Prediction& p = predictions.emplace_back();
+    p.track = track.id;
+    p.position_in_world = track.motion.position();
+    p.covariance_m2 = track.motion.position_covariance();
+    p.velocity_in_world = track.motion.velocity();
+    p.modes = track.motion.modes();
+    p.mode_count = kMotionModes;
+    p.bias = std::span(track.bias).first(t.calibration_px2.size());
+    p.single_view = track.published && track.seen >= kSettledFrames;
   }
 }
 
@@ -99,62 +164,159 @@ void Tracker::update(std::span<const Point> points, std::vector<TrackedPoint>& t
   Impl& t = *impl_;
   tracked.clear();
   t.point_taken.assign(points.size(), 0);
-  t.take_predicted(points);
+  t.take_claims(points, false);
   t.sort_points(points);
   t.assign_by_likelihood(points);
-  t.assign_bounces(points);
+  t.take_claims(points, true);
+  t.events.clear();
+  t.question_identities(points, counters);
 
   for (Track& track : t.tracks) {
-    if (track.point == kUnassigned) {
+    if (track.point == kNoPoint) {
       ++track.missed;
+      ++track.age;
       continue;
     }
-    t.correct(track, points[track.point]);
+    t.correct(track, points);
   }
+  t.answer_questions(counters);
   // A track that was never shown must be seen in every frame; one that was may be hidden for a while.
   const auto ended = std::remove_if(t.tracks.begin(), t.tracks.end(), [&](const Track& track) {
-    return track.missed > (track.published ? t.options.max_missed_frames : 0u);
+    return track.missed > (track.published ? t.options.max_missed_frames : 0u) ||
+           (track.age > 0 && track.motion.position_covariance().trace() > kLost_m * kLost_m);
   });
   counters.ended += static_cast<std::uint64_t>(t.tracks.end() - ended);
   t.tracks.erase(ended, t.tracks.end());
   for (std::uint32_t k = 0; k < points.size(); ++k) {
-    if (t.point_taken[k] != 0) continue;
+    if (t.point_taken[k] != 0 || t.is_second_look(points[k])) continue;
     t.start(points[k], k);
     ++counters.started;
   }
 
   for (const Track& track : t.tracks) {
-    if (track.missed > 0) continue;
-    if (!track.published) {
+    if (track.published) {
+      t.publish(track, points, tracked);
+    } else {
       ++counters.unconfirmed;
-      continue;
     }
-    const Point& point = points[track.point];
-    TrackedPoint& out = tracked.emplace_back();
-    out.id = track.id;
-    out.position_in_world = point.position_in_world;
-    out.velocity_in_world = track.motion.velocity();
-    out.covariance_m2 = point.covariance_m2;
-    out.residual_px = point.rms_px;
-    out.point = track.point;
-    for (std::size_t camera = 0; camera < kMatchCameras; ++camera)
-      if (point.blob_of_camera[camera] >= 0) out.cameras |= std::uint32_t{1} << camera;
   }
   counters.published += tracked.size();
 }
 
-// The matcher has weighed predicted points against each other already; only the gate is checked again.
-void Tracker::Impl::take_predicted(std::span<const Point> points) {
+void Tracker::Impl::publish(const Track& track, std::span<const Point> points,
+                            std::vector<TrackedPoint>& tracked) const {
+  if (track.age > 0 &&
+      track.motion.position_covariance().trace() > 3.0 * std::pow(options.max_predicted_sd_m, 2))
+    return;
+  TrackedPoint& out = tracked.emplace_back();
+  out.id = track.id;
+  out.position_in_world = track.motion.position();
+  out.velocity_in_world = track.motion.velocity();
+  out.covariance_m2 = track.motion.position_covariance() + track.calibration_covariance_m2;
+  out.age_frames = track.age;
+  out.point = track.point;
+  out.ambiguous_with = doubts.other_of(track.id);
+  if (track.point == kNoPoint) {
+    out.kind = SampleKind::Predicted;
+    return;
+  }
+  const Point& point = points[track.point];
+  out.kind = track.age > 0 ? SampleKind::SingleView : SampleKind::Measured;
+  out.residual_px = point.rms_px;
+  for (std::size_t camera = 0; camera < kMatchCameras; ++camera)
+    if (point.blob_of_camera[camera] >= 0) out.cameras |= std::uint32_t{1} << camera;
+}
+
+std::span<const IdentityEvent> Tracker::events() const noexcept { return impl_->events; }
+
+Track* Tracker::Impl::find(TrackId id) noexcept {
+  const auto found =
+      std::lower_bound(tracks.begin(), tracks.end(), id,
+                       [](const Track& track, TrackId wanted) { return number(track.id) < number(wanted); });
+  return found != tracks.end() && found->id == id ? &*found : nullptr;
+}
+
+Doubts::Seen Tracker::Impl::seen(const Track& track) const noexcept {
+  return {track.id, &track.motion, track.point == kNoPoint ? nullptr : &evidence[track.point]};
+}
+
+// Could two tracks that are near each other have each other's points? However the points came to them, and
+// before they are corrected by them.
+void Tracker::Impl::question_identities(std::span<const Point> points, TrackCounters& counters) {
+  evidence.clear();
+  for (const Point& point : points) evidence.push_back(evidence_of(point));
+  doubts.weigh([this](TrackId id) {
+    const Track* const track = find(id);
+    return track == nullptr ? std::nullopt : std::optional(seen(*track));
+  });
+  tracks_by_x.clear();
+  for (std::uint32_t k = 0; k < tracks.size(); ++k)
+    if (tracks[k].published && tracks[k].seen >= kSettledFrames) tracks_by_x.push_back(k);
+  const auto at = [this](std::uint32_t k) -> const Eigen::Vector3d& { return tracks[k].motion.position(); };
+  std::sort(tracks_by_x.begin(), tracks_by_x.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return at(a).x() < at(b).x(); });
+  const auto reach_of = [](const Track& track) {
+    return std::min(kQuestionReach_m,
+                    kQuestionSigmas * std::sqrt(track.motion.position_covariance().trace()) +
+                        (track.point == kNoPoint ? track.motion.impact_reach_m() : 0.0));
+  };
+  for (std::size_t i = 0; i < tracks_by_x.size(); ++i) {
+    const Track& a = tracks[tracks_by_x[i]];
+    const double reach = reach_of(a);
+    for (std::size_t j = i + 1; j < tracks_by_x.size(); ++j) {
+      const Track& b = tracks[tracks_by_x[j]];
+      if (b.motion.position().x() - a.motion.position().x() > reach + kQuestionReach_m) break;
+      const double both = reach + reach_of(b);
+      if ((b.motion.position() - a.motion.position()).squaredNorm() > both * both) continue;
+      if (!doubts.consider(seen(a), seen(b))) continue;
+      events.push_back({IdentityEvent::Kind::Ambiguous, a.id, b.id, {}, {}});
+      ++counters.ambiguous;
+    }
+  }
+}
+
+// After the correction, so that what is put in the place of a track knows of this exposure, too.
+void Tracker::Impl::answer_questions(TrackCounters& counters) {
+  bool renamed = false;
+  for (const Doubts::Verdict& verdict : doubts.verdicts()) {
+    Track *const a = find(verdict.a), *const b = find(verdict.b);
+    IdentityEvent event{IdentityEvent::Kind::Kept, verdict.a, verdict.b, {}, {}};
+    if (!verdict.decided) {
+      event.kind = IdentityEvent::Kind::Unresolved;
+      if (a != nullptr) event.new_a = TrackId{next_id++};
+      if (b != nullptr) event.new_b = TrackId{next_id++};
+      ++counters.unresolved;
+    } else if (verdict.swapped) {
+      event.kind = IdentityEvent::Kind::Swapped;
+      std::swap(*a, *b);
+      std::swap(a->id, b->id);
+      a->motion = verdict.a_motion;
+      b->motion = verdict.b_motion;
+      ++counters.swapped;
+    } else {
+      ++counters.kept;
+    }
+    events.push_back(event);
+    renamed = renamed || event.kind == IdentityEvent::Kind::Unresolved;
+  }
+  if (!renamed) return;
+  for (const IdentityEvent& event : events) {
+    if (event.kind != IdentityEvent::Kind::Unresolved) continue;
+    for (const auto& [old_id, new_id] : {std::pair(event.a, event.new_a), std::pair(event.b, event.new_b)})
+      if (Track* const track = find(old_id); track != nullptr) track->id = new_id;
+    std::sort(tracks.begin(), tracks.end(),
+              [](const Track& p, const Track& q) { return number(p.id) < number(q.id); });
+  }
+}
+
+// The matcher has weighed all claims against each other, and against what each track expects.
+void Tracker::Impl::take_claims(std::span<const Point> points, bool single_view) {
   for (std::uint32_t k = 0; k < points.size(); ++k) {
     if (points[k].predicted_by == TrackId{}) continue;
-    const auto found =
-        std::lower_bound(tracks.begin(), tracks.end(), points[k].predicted_by,
-                         [](const Track& track, TrackId id) { return number(track.id) < number(id); });
-    if (found == tracks.end() || found->id != points[k].predicted_by || found->point != kUnassigned) continue;
-    if (found->motion.distance2(points[k].position_in_world, measurement_covariance(points[k])) > kGateChi2)
-      continue;
-    found->point = k;
-    point_taken[k] = 1;
+    point_taken[k] = 1;  // of one view and refused, it is no new point either
+    if ((points[k].views == 1) != single_view) continue;
+    Track* const track = find(points[k].predicted_by);
+    if (track != nullptr && track->point == kNoPoint) track->point = k;
   }
 }
 
@@ -184,23 +346,24 @@ void Tracker::Impl::assign_by_likelihood(std::span<const Point> points) {
   row_track.clear();
   for (std::uint32_t k = 0; k < tracks.size(); ++k) {
     const Track& track = tracks[k];
-    if (track.point != kUnassigned) continue;
+    if (track.point != kNoPoint) continue;
     const auto row = static_cast<std::uint32_t>(row_track.size());
     row_track.push_back(k);
     // The gate's ellipsoid lies inside this ball; a point's own covariance is the smaller part by far.
     const double reach = 1.5 * std::sqrt(kGateChi2 * track.motion.position_covariance().trace()) + 0.01;
-    free_points_near(points, track.motion.position(), reach, [&](std::uint32_t point) {
-      // A new track's velocity is unknown, but not unlimited.
-      const double moved = (points[point].position_in_world - track.measured_at).norm();
-      if (moved > options.max_speed_m_s * track.since_measured_s + kStandStill_m) return;
-      const Eigen::Matrix3d r = measurement_covariance(points[point]);
-      const double distance2 = track.motion.distance2(points[point].position_in_world, r);
-      if (!(distance2 <= kGateChi2)) return;
-      const double log_density =
-          -0.5 * distance2 -
-          0.5 * std::log((2.0 * M_PI * (track.motion.position_covariance() + r)).determinant());
-      edges.push_back({row, point, std::max(1e-3, log_density - std::log(kNewPointDensity))});
-    });
+    const double impact_reach = track.published ? track.motion.impact_reach_m() : 0.0;
+    free_points_near(
+        points, track.motion.position(), std::max(reach, 2.0 * impact_reach), [&](std::uint32_t point) {
+          // A new track's velocity is unknown, but not unlimited.
+          const double moved = (points[point].position_in_world - track.measured_at).norm();
+          if (moved > options.max_speed_m_s * track.since_measured_s + kStandStill_m) return;
+          const Eigen::Matrix3d r = measurement_covariance(points[point]);
+          if (track.motion.distance2(points[point].position_in_world, r) > kGateChi2 &&
+              !(moved < impact_reach))
+            return;
+          const double log_density = track.motion.log_density(points[point].position_in_world, r);
+          edges.push_back({row, point, std::max(1e-3, log_density - std::log(kNewPointDensity))});
+        });
   }
   assignment.solve(row_track.size(), points.size(), edges, column_of_row);
   for (std::size_t row = 0; row < row_track.size(); ++row) {
@@ -210,56 +373,60 @@ void Tracker::Impl::assign_by_likelihood(std::span<const Point> points) {
   }
 }
 
-// Second chance for a marker whose velocity turned round between two exposures: it is where its speed could
-// take it, in whatever direction, and no other lost track or new point is there to be confused with.
-void Tracker::Impl::assign_bounces(std::span<const Point> points) {
-  edges.clear();
-  edges_of_point.assign(points.size(), 0);
-  for (std::uint32_t k = 0; k < tracks.size(); ++k) {
-    const Track& track = tracks[k];
-    if (track.point != kUnassigned || !track.published || track.missed >= kBounceFrames) continue;
-    const double speed = std::min(
-        options.max_speed_m_s, kBounceSpeedFactor * track.motion.velocity().norm() + kBounceSpeedOffset_m_s);
-    const std::size_t before = edges.size();
-    free_points_near(points, track.measured_at, speed * track.since_measured_s, [&](std::uint32_t point) {
-      edges.push_back({k, point, 1.0});
-      ++edges_of_point[point];
-    });
-    if (edges.size() > before + 1)
-      for (std::size_t e = before; e < edges.size(); ++e) edges[e].gain = 0.0;
+void Tracker::Impl::correct(Track& track, std::span<const Point> points) {
+  const Point& point = points[track.point];
+  ++track.age;
+  track.missed = 0;
+  if (point.views == 1 && point.predicted_by != TrackId{}) {
+    track.motion.correct(evidence[track.point]);
+    learn_bias(track, point);
+    return;
   }
-  for (const AssignmentEdge& edge : edges) {
-    if (edge.gain == 0.0 || edges_of_point[edge.column] != 1) continue;
-    Track& track = tracks[edge.row];
-    track.point = edge.column;
-    point_taken[edge.column] = 1;
-  }
-}
-
-void Tracker::Impl::correct(Track& track, const Point& point) {
-  const Eigen::Matrix3d r = measurement_covariance(point);
-  if (track.motion.distance2(point.position_in_world, r) > kGateChi2) {
-    // A bounce: nothing is left of the old velocity but its size.
-    const double speed = track.motion.velocity().norm() + kBounceSpeedOffset_m_s;
-    track.motion = Motion(point.position_in_world, r, speed);
-  } else {
-    if (track.seen > 1 && step_s > 0.0 && track.motion.distance2(point.position_in_world, r) > kSurpriseChi2)
-      track.motion.loosen_velocity((point.position_in_world - track.motion.position()).norm() / step_s);
-    track.motion.correct(point.position_in_world, r);
-  }
+  track.motion.correct(evidence[track.point]);
+  learn_bias(track, point);
+  track.calibration_covariance_m2 = point.calibration_covariance_m2;
   track.measured_at = point.position_in_world;
   track.since_measured_s = 0.0;
-  track.missed = 0;
+  track.age = 0;
   ++track.seen;
-  track.published = track.published || point.views >= 3 || track.seen >= options.confirm_frames_two_views;
+  track.published = track.published || is_sure(point) || track.seen >= options.confirm_frames_two_views;
+}
+
+// A scalar Kalman step per camera; the position's own uncertainty, about the blobs', counts as noise.
+void Tracker::Impl::learn_bias(Track& track, const Point& point) const {
+  for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera) {
+    if (point.blob_of_camera[camera] < 0) continue;
+    ViewBias& bias = track.bias[camera];
+    const double gain =
+        bias.variance_px2 / (bias.variance_px2 + 2.0 * static_cast<double>(point.noise_px2[camera]));
+    if (!(gain > 0.0)) continue;
+    bias.px += gain * (point.residual_px[camera].cast<double>() - bias.px);
+    bias.variance_px2 *= 1.0 - gain;
+  }
 }
 
 void Tracker::Impl::start(const Point& point, std::uint32_t point_number) {
-  tracks.push_back(
-      {TrackId{next_id++},
-       Motion(point.position_in_world, measurement_covariance(point), options.max_speed_m_s / 3.0),
-       point.position_in_world, 0.0, 1, 0, point.views >= 3 || options.confirm_frames_two_views <= 1,
-       point_number});
+  Track& track = tracks.emplace_back(Track{TrackId{next_id++},
+                                           Motion(point.position_in_world, measurement_covariance(point),
+                                                  options.max_speed_m_s / 3.0, options.acceleration_sd_m_s2),
+                                           point.position_in_world});
+  track.published = is_sure(point) || options.confirm_frames_two_views <= 1;
+  track.point = point_number;
+  track.calibration_covariance_m2 = point.calibration_covariance_m2;
+  for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera)
+    track.bias[camera].variance_px2 = calibration_px2[camera];
+  learn_bias(track, point);
+}
+
+bool Tracker::Impl::is_second_look(const Point& point) const {
+  return std::any_of(tracks.begin(), tracks.end(), [&](const Track& track) {
+    if (track.point == kNoPoint || track.age > 0) return false;
+    const Eigen::Vector3d d = point.position_in_world - track.motion.position();
+    if (d.squaredNorm() > kStandStill_m * kStandStill_m) return false;
+    const Eigen::Matrix3d s = track.motion.position_covariance() + track.calibration_covariance_m2 +
+                              measurement_covariance(point) + point.calibration_covariance_m2;
+    return d.dot(s.inverse() * d) < kSameChi2;
+  });
 }
 
 }  // namespace glint

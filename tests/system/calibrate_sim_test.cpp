@@ -78,6 +78,7 @@ void compare_expected_error(const std::filesystem::path& samples, const std::fil
   const ExpectedError expected(result.calibration, result.uncertainty, SimOptions{}.marker_radius_m);
 
   SimOptions waved;
+  waved.motion = SimMotion::Wand;
   waved.wand_m = {0.0, kRod_m};
   waved.markers = 2;
   const Scene scene(waved);
@@ -109,7 +110,9 @@ void compare_expected_error(const std::filesystem::path& samples, const std::fil
                 1e3 * std::sqrt(cell.found_m2 / static_cast<double>(cell.count)), ratio,
                 static_cast<unsigned long long>(cell.count));
     EXPECT_GT(ratio, 1.0 / 1.5);
-    EXPECT_LT(ratio, 1.5);
+    // Expected of blobs' centroids: the tracker, which looks at pixels and knows how markers move, does
+    // better.
+    EXPECT_LT(ratio, 2.0);
     ++compared;
   }
   EXPECT_GE(compared, 4u);

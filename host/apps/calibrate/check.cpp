@@ -11,8 +11,7 @@
 #include "host/calibrate/evaluate.hpp"
 #include "host/calibrate/rig_start.hpp"
 #include "host/config/rig.hpp"
-#include "host/health/camera_health.hpp"
-#include "host/track/tracker.hpp"
+#include "host/pipeline/track_step.hpp"
 
 namespace glint::apps {
 namespace {
@@ -22,35 +21,6 @@ struct CheckArguments {
   std::vector<double> wand_m;
   double marker_radius_m = -1.0, length_tolerance_m = 0.001;
   bool quiet = false;
-};
-
-/// What `glint track` does with each exposure, for what it tells of the cameras.
-class Watch {
- public:
-  explicit Watch(const Rig& rig)
-      : matcher_(rig.calibration, rig.match), tracker_(rig.track), health_(rig.calibration, rig.match) {}
-
-  void take(const TickBlobs& tick) {
-    if (tick.dark) return;
-    tracker_.predict(tick.exposed, predictions_);
-    matcher_.match(tick.cameras, predictions_, points_, match_counters_);
-    tracker_.update(points_, tracked_, track_counters_);
-    watched_.clear();
-    for (const TrackedPoint& point : tracked_) watched_.push_back({point.point, point.velocity_in_world});
-    health_.watch({tick.exposed, tick.frames, tick.cameras, points_, watched_});
-  }
-  HealthReport report() const { return health_.report(); }
-
- private:
-  Matcher matcher_;
-  Tracker tracker_;
-  CameraHealth health_;
-  std::vector<Prediction> predictions_;
-  std::vector<Point> points_;
-  std::vector<TrackedPoint> tracked_;
-  std::vector<WatchedMarker> watched_;
-  MatchCounters match_counters_;
-  TrackCounters track_counters_;
 };
 
 /// True if all is green.
@@ -90,21 +60,24 @@ void run(const CheckArguments& a) {
   RunArguments arguments = a.run;
   if (!arguments.seconds && arguments.max_ticks == 0) arguments.seconds = 10.0;
   const double radius_m = sphere_radius_m(a.marker_radius_m, a.run);
-  std::unique_ptr<Watch> watch;
+  std::unique_ptr<TrackStep> track;  // for what it tells of the cameras
   Rig rig;
   WandSamples taken = collect_wand_samples(
       arguments, wand_target(a.wand_m, radius_m), a.quiet,
       [&](const Rig& opened) {
         rig = opened;
-        watch = std::make_unique<Watch>(rig);
+        track = std::make_unique<TrackStep>(rig.calibration, rig.match, rig.track);
       },
-      [&](const TickBlobs& tick) { watch->take(tick); });
+      [&](const TickBlobs& tick) {
+        track->take(tick);
+        track->watch(tick);
+      });
   if (!taken.failure.empty()) throw Error(taken.failure);
   PlaneSightings seen = undistorted(taken.samples, taken.lenses);
   std::vector<Pose> poses;
   for (const CameraCalibration& camera : taken.lenses) poses.push_back(camera.world_from_camera.inverse());
   match_ends(taken.samples, seen, poses);
-  const bool cameras_good = print_cameras(watch->report(), rig.calibration);
+  const bool cameras_good = print_cameras(track->health().report(), rig.calibration);
   const bool lengths_good =
       print_lengths(evaluate(rig.calibration, taken.samples, false), a.length_tolerance_m);
   if (!cameras_good || !lengths_good) throw Error("the calibration does not hold: see what is red above");

@@ -13,7 +13,7 @@
 #include "host/apps/utc_time.hpp"
 #include "host/base/error.hpp"
 #include "host/calibrate/refine.hpp"
-#include "host/track/tracker.hpp"
+#include "host/pipeline/track_step.hpp"
 
 namespace glint::apps {
 namespace {
@@ -41,13 +41,7 @@ SampleSet collect(const RefineArguments& a, Calibration& calibration) {
   MatchOptions options = run.rig.match;
   options.gate_px = std::max(options.gate_px, kGate_px);
   options.sigma_px = std::max(options.sigma_px, 0.3 * kGate_px);
-  Matcher matcher(run.rig.calibration, options);
-  Tracker tracker(run.rig.track);
-  std::vector<Prediction> predictions;
-  std::vector<Point> points;
-  std::vector<TrackedPoint> tracked;
-  MatchCounters match_counters;
-  TrackCounters track_counters;
+  TrackStep step(run.rig.calibration, options, run.rig.track);
   ProgressLine progress(a.quiet);
   TickBlobs tick;
   ReadStatus status = ReadStatus::Ok;
@@ -55,11 +49,10 @@ SampleSet collect(const RefineArguments& a, Calibration& calibration) {
   std::vector<Sighting> sightings;
   while ((status = input.next(tick)) == ReadStatus::Ok) {
     if (tick.dark) continue;
-    tracker.predict(tick.exposed, predictions);
-    matcher.match(tick.cameras, predictions, points, match_counters);
-    tracker.update(points, tracked, track_counters);
-    for (const TrackedPoint& track : tracked) {
-      const Point& point = points[track.point];
+    step.take(tick);
+    for (const TrackedPoint& track : step.tracked()) {
+      if (track.kind != SampleKind::Measured) continue;
+      const Point& point = step.points()[track.point];
       sightings.clear();
       for (std::uint32_t c = 0; c < cameras.size(); ++c) {
         if (point.blob_of_camera[c] < 0) continue;

@@ -6,7 +6,7 @@
 
 #include "host/apps/stop_signal.hpp"
 #include "host/base/error.hpp"
-#include "host/track/tracker.hpp"
+#include "host/pipeline/track_step.hpp"
 
 namespace glint::apps {
 namespace {
@@ -48,13 +48,7 @@ std::vector<Eigen::Vector3d> still_markers(const RunArguments& arguments, bool q
     for (const std::string& note : run.notes) std::fprintf(stderr, "glint: %s\n", note.c_str());
   }
   const StopSignal::Handler on_stop(stop_signal, [&input] { input.stop(); });
-  Matcher matcher(run.rig.calibration, run.rig.match);
-  Tracker tracker(run.rig.track);
-  std::vector<Prediction> predictions;
-  std::vector<Point> points;
-  std::vector<TrackedPoint> tracked;
-  MatchCounters match_counters;
-  TrackCounters track_counters;
+  TrackStep step(run.rig.calibration, run.rig.match, run.rig.track);
   std::map<std::uint32_t, Seen> seen;
   std::uint64_t ticks = 0;
   TickBlobs tick;
@@ -62,10 +56,9 @@ std::vector<Eigen::Vector3d> still_markers(const RunArguments& arguments, bool q
   while ((status = input.next(tick)) == ReadStatus::Ok) {
     if (tick.dark) continue;
     ++ticks;
-    tracker.predict(tick.exposed, predictions);
-    matcher.match(tick.cameras, predictions, points, match_counters);
-    tracker.update(points, tracked, track_counters);
-    for (const TrackedPoint& point : tracked) {
+    step.take(tick);
+    for (const TrackedPoint& point : step.tracked()) {
+      if (point.kind != SampleKind::Measured) continue;
       Seen& marker = seen[number(point.id)];
       ++marker.ticks;
       marker.sum += point.position_in_world;

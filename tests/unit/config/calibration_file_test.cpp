@@ -188,7 +188,7 @@ TEST(CalibrationFile, Header) {
   EXPECT_EQ(complaint("format = 1", "format = \"1\""),
             "c.toml:1:10: format must be a whole number, not a string");
   EXPECT_EQ(complaint("kind = \"calibration\"", "kind = \"calib\""),
-            "c.toml:2:8: kind must be \"rig\" or \"calibration\", not \"calib\"");
+            "c.toml:2:8: kind must be \"rig\", \"calibration\" or \"bodies\", not \"calib\"");
   EXPECT_EQ(complaint("kind = \"calibration\"", "kind = \"rig\""),
             "c.toml:2:8: kind is \"rig\"; here a calibration file is wanted");
   EXPECT_EQ(complaint("kind = \"calibration\"", ""), "c.toml:1:1: kind is missing");

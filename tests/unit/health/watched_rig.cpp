@@ -122,7 +122,8 @@ void WatchedRig::run(double seconds) {
     matcher_.match(blobs, predictions, points, match_counters);
     tracker_.update(points, tracked, track_counters);
     markers.clear();
-    for (const TrackedPoint& p : tracked) markers.push_back({p.point, p.velocity_in_world});
+    for (const TrackedPoint& p : tracked)
+      if (p.kind == SampleKind::Measured) markers.push_back({p.point, p.velocity_in_world});
     const double before_s = thread_cpu_s();
     health_.watch({exposed, truth_.delivered, blobs, points, markers});
     const double took_s = thread_cpu_s() - before_s;

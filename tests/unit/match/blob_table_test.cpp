@@ -32,7 +32,9 @@ class BlobTableTest : public ::testing::Test {
     return blob;
   }
 
+  static constexpr double kBare_px = 0.05;  // of blobs that tell nothing of their pixels
   MatchOptions options_;
+  const double bare_ = std::hypot(kBare_px, options_.sigma_px);
   Calibration rig_;
   std::vector<Camera> cameras_;
   BlobTable table_;
@@ -41,11 +43,42 @@ class BlobTableTest : public ::testing::Test {
 TEST_F(BlobTableTest, AGoodBlobHasTheNominalCovariance) {
   const MatchBlob& blob = only(disc(1.0, 1.1));
   EXPECT_FALSE(blob.suspect);
-  EXPECT_NEAR(blob.sigma_px, options_.sigma_px, 1e-12);
-  EXPECT_NEAR(blob.covariance_px2(0, 0), options_.sigma_px * options_.sigma_px, 1e-12);
+  EXPECT_NEAR(blob.sigma_px, bare_, 1e-12);
+  EXPECT_NEAR(blob.covariance_px2(0, 0), bare_ * bare_, 1e-12);
   EXPECT_NEAR(blob.pixel.x(), 700, 1e-4);
   EXPECT_NEAR(blob.pixel.y(), 300, 1e-4);
   EXPECT_NEAR(blob.radius_px, std::sqrt(12 / M_PI), 1e-12);
+}
+
+TEST_F(BlobTableTest, ABlobWithItsPixelsKnowsItsNoise) {
+  shaders::BlobRecord dim = disc(1.0, 1.1), bright = disc(1.0, 1.1);
+  dim.weight = 400, dim.sum = 400 + 12 * 20, dim.peak = 70;
+  bright.weight = 2000, bright.sum = 2000 + 12 * 20, bright.peak = 220;
+  const double of_dim = only(dim).sigma_px, of_bright = only(bright).sigma_px;
+  EXPECT_LT(of_bright, of_dim);
+  EXPECT_LT(of_dim, kBare_px);
+  EXPECT_GT(of_bright, options_.sigma_px);
+}
+
+TEST_F(BlobTableTest, WhatIsResolvedTakesTheBlobsPlace) {
+  const std::vector<shaders::BlobRecord> first{blob_at(rig_.cameras[0], {100, 100}),
+                                               blob_at(rig_.cameras[0], {300, 200})},
+      second{blob_at(rig_.cameras[1], {500, 500})};
+  table_.fill(std::vector<std::span<const shaders::BlobRecord>>{first, second});
+  const Eigen::Vector2d centre = table_[1].normalized, off(0.002, 0.0);
+  table_.resolve(1, centre - off, 1e-4 * Eigen::Matrix2d::Identity());
+  table_.resolve(1, centre + off, 4e-4 * Eigen::Matrix2d::Identity());
+  table_.settle();
+  ASSERT_EQ(table_.size(), 4u);
+  EXPECT_EQ(table_.begin_of(1), 3u);
+  EXPECT_EQ(table_[1].record, 1u);
+  EXPECT_EQ(table_[2].record, 1u);
+  EXPECT_FALSE(table_[0].resolved);
+  EXPECT_LT((table_[2].normalized - centre - off).norm(), 1e-12);
+  EXPECT_NEAR(table_[2].covariance_px2(0, 0), 4e-4 + options_.sigma_px * options_.sigma_px, 1e-12);
+  std::size_t found = 0;
+  table_.near(0, table_[2].pixel, 0.01, [&](std::uint32_t blob) { found += blob == 2 ? 1 : 0; });
+  EXPECT_EQ(found, 1u);
 }
 
 TEST_F(BlobTableTest, TwoTouchingDiscsAreUncertainAlongTheirLine) {
@@ -56,7 +89,7 @@ TEST_F(BlobTableTest, TwoTouchingDiscsAreUncertainAlongTheirLine) {
   EXPECT_TRUE(blob.suspect);
   const Eigen::Vector2d axis(c, s), normal(-s, c);
   EXPECT_NEAR(std::sqrt(axis.dot(blob.covariance_px2 * axis)), 1.7, 0.01);
-  EXPECT_NEAR(std::sqrt(normal.dot(blob.covariance_px2 * normal)), options_.sigma_px, 1e-6);
+  EXPECT_NEAR(std::sqrt(normal.dot(blob.covariance_px2 * normal)), bare_, 1e-6);
 }
 
 TEST_F(BlobTableTest, RaggedSmallBlobsAndUnknownShapesAreNotSuspect) {
@@ -76,7 +109,7 @@ TEST_F(BlobTableTest, BorderAndSaturationCostPrecision) {
   EXPECT_TRUE(only(border).suspect);
   EXPECT_GT(only(border).sigma_px, 0.5);
   EXPECT_FALSE(only(saturated).suspect);
-  EXPECT_NEAR(only(saturated).sigma_px, 2 * options_.sigma_px, 1e-9);
+  EXPECT_NEAR(only(saturated).sigma_px, std::hypot(2 * kBare_px, options_.sigma_px), 1e-9);
 }
 
 TEST_F(BlobTableTest, WhatTheLensCannotInvertIsNotUsed) {
@@ -96,7 +129,7 @@ TEST_F(BlobTableTest, CalibrationErrorAddsUp) {
   BlobTable table(cameras, options_);
   const std::vector<shaders::BlobRecord> one{blob_at(rig.cameras[0], {100, 100})};
   table.fill(std::vector<std::span<const shaders::BlobRecord>>{one});
-  EXPECT_NEAR(table[0].sigma_px, std::sqrt(0.05 * 0.05 + 0.4 * 0.4 / 2), 1e-9);
+  EXPECT_NEAR(table[0].sigma_px, std::sqrt(bare_ * bare_ + 0.4 * 0.4 / 2), 1e-9);
 }
 
 TEST_F(BlobTableTest, NearFindsExactlyWhatIsNear) {

@@ -120,19 +120,25 @@ TEST_F(OddBlobs, TwoViewsOfWhichOneLooksMergedAreHeldBack) {
   EXPECT_EQ(counters_.held_back, 1u);
 }
 
-TEST_F(OddBlobs, ATracksExpectationStandsInForTheSecondView) {
+TEST_F(OddBlobs, AViewThatLooksMergedSaysHowLittleItKnows) {
   auto blobs = blobs_of(marker_);
   blobs[2].clear();
   blobs[3].clear();
   move(blobs[1][0], 1, 0.8, 0.1);
   blobs[1][0].var_xx_px2 += 3.0f;
-  const std::vector<Prediction> predictions{
-      {TrackId{5}, marker_ + Eigen::Vector3d(1e-4, -1e-4, 1e-4), 4e-8 * Eigen::Matrix3d::Identity()}};
+  const Eigen::Vector3d expected = marker_ + Eigen::Vector3d(1e-4, -1e-4, 1e-4);
+  const std::vector<Prediction> predictions{{TrackId{5}, expected, 4e-8 * Eigen::Matrix3d::Identity()}};
   const auto& points = match(blobs, predictions);
   ASSERT_EQ(points.size(), 1u);
   EXPECT_EQ(points[0].predicted_by, TrackId{5});
-  EXPECT_LT((points[0].position_in_world - marker_).norm(), 3e-4);
-  EXPECT_LT(points[0].covariance_m2.trace(), 3 * 4e-8);
+  // The track's expectation takes the place of the second view.
+  const Eigen::Matrix3d prior = Eigen::Matrix3d::Identity() / 4e-8;
+  const Eigen::Matrix3d posterior = (prior + points[0].information_per_m2).inverse();
+  const Eigen::Vector3d both =
+      points[0].position_in_world +
+      posterior * (points[0].gradient_per_m + prior * (expected - points[0].position_in_world));
+  EXPECT_LT((both - marker_).norm(), 3e-4);
+  EXPECT_LT(posterior.trace(), 3 * 4e-8);
 }
 
 TEST_F(OddBlobs, WhatIsLeftOfAMergedBlobMakesNoGhost) {

@@ -38,6 +38,7 @@ TEST(Allocation, TheCounterCounts) {
 TEST(Allocation, NonePerTick) {
   std::vector<TrackedPoint> points(64);
   for (std::size_t i = 0; i < points.size(); ++i) points[i].id = TrackId(static_cast<std::uint32_t>(i + 1));
+  const std::vector<IdentityEvent> identity(16);
   const std::vector<shaders::BlobRecord> blobs(200);
   const std::vector<CameraCalibration> cameras(4);
   const auto csv = make_track_sink({OutputKind::Csv, "/dev/null"});
@@ -52,8 +53,9 @@ TEST(Allocation, NonePerTick) {
     if (tick == 10) before = allocations;
     const Timestamp exposed{std::chrono::milliseconds(tick * 700)};
     for (const auto* sink : {&csv, &jsonl}) {
-      ASSERT_EQ((*sink)->write({TriggerNo(static_cast<std::uint64_t>(tick)), exposed, points}),
-                SinkStatus::Ok);
+      TrackRow row{TriggerNo(static_cast<std::uint64_t>(tick)), exposed, points};
+      row.identity = identity;
+      ASSERT_EQ((*sink)->write(row), SinkStatus::Ok);
     }
     for (const auto* sink : {&blob_csv, &blob_jsonl}) {
       ASSERT_EQ((*sink)->write({TriggerNo(0), CameraId(3), blobs, false}), SinkStatus::Ok);

@@ -42,9 +42,9 @@ TEST(TrackSink, CsvHoldsOneRowAPoint) {
   EXPECT_EQ(sink->write({TriggerNo(8), at_ns(1'234'579'000'000), {}}), SinkStatus::Ok);
   EXPECT_EQ(sink->finish(), SinkStatus::Ok);
   EXPECT_EQ(text_of(folder / "t.csv"),
-            "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras,aligned\n"
-            "7,1234567890123,1,0.1000000,-2.0000000,1.2345678,0.0432,1+2+4,\n"
-            "7,1234567890123,4000000000,0.0000000,0.0000000,0.0000000,0.0000,1+32,\n");
+            "tick,time_ns,id,x_m,y_m,z_m,residual_px,cameras,aligned,kind,age,ambiguous,sd_m\n"
+            "7,1234567890123,1,0.1000000,-2.0000000,1.2345678,0.0432,1+2+4,,measured,0,,0.00000000\n"
+            "7,1234567890123,4000000000,0.0000000,0.0000000,0.0000000,0.0000,1+32,,measured,0,,0.00000000\n");
   EXPECT_EQ(sink->counters().rows_written, 2u);
   EXPECT_EQ(sink->problem(), "");
 }
@@ -62,9 +62,11 @@ TEST(TrackSink, JsonlHoldsOneObjectATickAlsoWithoutPoints) {
             "{\"tick\":1,\"time_ns\":11111111,\"time_error_ns\":123457,\"stamped_ns\":11500000,"
             "\"cameras\":[1,2,3],\"points\":["
             "{\"id\":1,\"x_m\":0.1000000,\"y_m\":2.0000000,\"z_m\":3.0000000,\"residual_px\":0.5000,"
-            "\"cameras\":[1,3],\"aligned\":null},"
+            "\"cameras\":[1,3],\"aligned\":null,"
+            "\"kind\":\"measured\",\"age\":0,\"ambiguous\":null,\"sd_m\":0.00000000},"
             "{\"id\":2,\"x_m\":1.0000000,\"y_m\":1.0000000,\"z_m\":1.0000000,\"residual_px\":0.2500,"
-            "\"cameras\":[2],\"aligned\":null}"
+            "\"cameras\":[2],\"aligned\":null,"
+            "\"kind\":\"measured\",\"age\":0,\"ambiguous\":null,\"sd_m\":0.00000000}"
             "]}\n");
 }
 
@@ -83,12 +85,59 @@ TEST(TrackSink, SaysOfEachPointWhetherItsCamerasAreProven) {
     EXPECT_EQ(sink->write(dark), SinkStatus::Ok);
     EXPECT_EQ(sink->finish(), SinkStatus::Ok);
   }
-  EXPECT_THAT(text_of(folder / "t.csv"), testing::HasSubstr(",1+2,1\n"));
-  EXPECT_THAT(text_of(folder / "t.csv"), testing::HasSubstr(",2+3,0\n"));
+  EXPECT_THAT(text_of(folder / "t.csv"), testing::HasSubstr(",1+2,1,"));
+  EXPECT_THAT(text_of(folder / "t.csv"), testing::HasSubstr(",2+3,0,"));
   const std::string lines = text_of(folder / "t.jsonl");
-  EXPECT_THAT(lines, testing::HasSubstr("\"cameras\":[1,2],\"aligned\":true}"));
-  EXPECT_THAT(lines, testing::HasSubstr("\"cameras\":[2,3],\"aligned\":false}"));
+  EXPECT_THAT(lines, testing::HasSubstr("\"cameras\":[1,2],\"aligned\":true,"));
+  EXPECT_THAT(lines, testing::HasSubstr("\"cameras\":[2,3],\"aligned\":false,"));
   EXPECT_THAT(lines, testing::HasSubstr("\"cameras\":[],\"dark\":true,\"points\":[]}\n"));
+}
+
+TEST(TrackSink, SaysOfEachPointWhatItRestsOnAndWhetherItIsInDoubt) {
+  ScratchFolder folder;
+  const auto csv = make_track_sink(parse_output_spec("csv:" + (folder / "t.csv")));
+  const auto jsonl = make_track_sink(parse_output_spec("jsonl:" + (folder / "t.jsonl")));
+  std::vector<TrackedPoint> points{point(7, {0, 0, 0}, 0.5, 0b1), point(9, {0, 0, 0}, 0, 0)};
+  points[0].kind = SampleKind::SingleView;
+  points[0].age_frames = 2;
+  points[0].ambiguous_with = TrackId(9);
+  points[0].covariance_m2.diagonal() << 1e-10, 4e-10, 7e-10;  // mean (2e-5)^2
+  points[1].kind = SampleKind::Predicted;
+  points[1].age_frames = 11;
+  points[1].covariance_m2(0, 0) = std::numeric_limits<double>::infinity();
+  const TrackRow row{TriggerNo(1), at_ns(5), points};
+  for (TrackSink* const sink : {csv.get(), jsonl.get()}) {
+    EXPECT_EQ(sink->write(row), SinkStatus::Ok);
+    EXPECT_EQ(sink->finish(), SinkStatus::Ok);
+  }
+  EXPECT_THAT(text_of(folder / "t.csv"), testing::HasSubstr(",1,,single-view,2,9,0.00002000\n"));
+  EXPECT_THAT(text_of(folder / "t.csv"), testing::HasSubstr(",,,predicted,11,,nan\n"));
+  EXPECT_THAT(
+      text_of(folder / "t.jsonl"),
+      testing::HasSubstr(",\"kind\":\"single-view\",\"age\":2,\"ambiguous\":9,\"sd_m\":0.00002000},"));
+  EXPECT_THAT(text_of(folder / "t.jsonl"),
+              testing::HasSubstr(",\"kind\":\"predicted\",\"age\":11,\"ambiguous\":null,\"sd_m\":null}]}\n"));
+}
+
+TEST(TrackSink, JsonTellsWhatBecameOfIdentities) {
+  ScratchFolder folder;
+  const auto sink = make_track_sink(parse_output_spec("jsonl:" + (folder / "t.jsonl")));
+  using Kind = IdentityEvent::Kind;
+  const std::vector<IdentityEvent> events{{Kind::Ambiguous, TrackId(7), TrackId(9), {}, {}},
+                                          {Kind::Kept, TrackId(1), TrackId(2), {}, {}},
+                                          {Kind::Swapped, TrackId(3), TrackId(4), {}, {}},
+                                          {Kind::Unresolved, TrackId(5), TrackId(6), TrackId(31), {}}};
+  TrackRow row{TriggerNo(1), at_ns(5), {}};
+  row.identity = events;
+  EXPECT_EQ(sink->write(row), SinkStatus::Ok);
+  EXPECT_EQ(sink->finish(), SinkStatus::Ok);
+  EXPECT_EQ(text_of(folder / "t.jsonl"),
+            "{\"tick\":1,\"time_ns\":5,\"cameras\":[],\"identity\":["
+            "{\"kind\":\"ambiguous\",\"a\":7,\"b\":9},"
+            "{\"kind\":\"kept\",\"a\":1,\"b\":2},"
+            "{\"kind\":\"swapped\",\"a\":3,\"b\":4},"
+            "{\"kind\":\"unresolved\",\"a\":5,\"b\":6,\"new_a\":31,\"new_b\":null}"
+            "],\"points\":[]}\n");
 }
 
 TEST(TrackSink, JsonKnowsNoNan) {

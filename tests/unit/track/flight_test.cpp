@@ -135,6 +135,7 @@ Result fly(const char* name, std::size_t cameras, std::size_t markers, double sp
     const auto blobs = exposure.spans();
     matcher.match(blobs, predictions, points, match_counters);
     tracker.update(points, tracked, track_counters);
+    std::erase_if(tracked, [](const TrackedPoint& point) { return point.kind == SampleKind::Predicted; });
     std::vector<bool> taken(tracked.size(), false);
     for (std::size_t m = 0; m < markers; ++m) {
       std::size_t best = tracked.size();

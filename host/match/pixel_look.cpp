@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// Who is expected in which blob, and what its pixels say.
+#include "host/match/pixel_look.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/geometry/triangulate.hpp"
+#include "host/resolve/expected_disc.hpp"
+
+namespace glint {
+namespace {
+
+constexpr double kVague_px =
+    4.0;  // a track less certain than this (one sigma) cannot say what a blob is made of
+constexpr double kSigmas = 3.0;
+constexpr double kMargin_px = 1.0;    // around a blob's box: its outline lies outside of its pixels' centres
+constexpr int kWindow_px = 2;         // of dark around the blob, for the background and the flanks
+constexpr double kWorstChi2 = 3.0;    // per pixel: more, and discs are not what the pixels show
+constexpr double kSecondShare = 0.1;  // so much more light than expected may come from a second marker
+constexpr double kWorstSigma_px = 1.0;  // a disc that is placed no better is not placed
+constexpr std::size_t kReserved = 4096;
+
+double largest_sigma(const Eigen::Matrix2d& m) noexcept {
+  const double mean = 0.5 * (m(0, 0) + m(1, 1));
+  return std::sqrt(mean + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1)));
+}
+
+}  // namespace
+
+PixelLook::PixelLook(std::span<const Camera> cameras, const MatchOptions& options, BlobTable& table)
+    : cameras_(cameras), options_(options), table_(table), fit_(PixelNoise{}), whole_(PixelNoise{}) {
+  wishes_.reserve(kReserved);
+  needed_.reserve(kReserved);
+  welcome_.reserve(kReserved);
+}
+
+void PixelLook::look(std::span<const std::span<const shaders::BlobRecord>> records,
+                     std::span<const gpu::ImageView> images, std::span<const Prediction> predictions,
+                     MatchCounters& counters) {
+  wishes_.clear();
+  needed_.clear();
+  welcome_.clear();
+  for (std::uint32_t camera = 0; camera < cameras_.size(); ++camera) {
+    if (images[camera].pixels == nullptr || records[camera].empty()) continue;
+    std::size_t first = wishes_.size();
+    collect(camera, records[camera], predictions);
+    std::stable_sort(wishes_.begin() + static_cast<std::ptrdiff_t>(first), wishes_.end(),
+                     [](const Wish& a, const Wish& b) { return a.blob < b.blob; });
+    while (first < wishes_.size()) {
+      std::size_t end = first + 1;
+      while (end < wishes_.size() && wishes_[end].blob == wishes_[first].blob) ++end;
+      const Look look{camera, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(end - first)};
+      const std::span<const Wish> same(wishes_.data() + first, end - first);
+      (needs_look(records[camera][table_[same.front().blob].record], same) ? needed_ : welcome_)
+          .push_back(look);
+      first = end;
+    }
+  }
+  std::size_t room = options_.most_looks;
+  const auto take = [&](const Look& look) {
+    const std::span<const Wish> same(wishes_.data() + look.first, look.count);
+    resolve(look.camera, records[look.camera][table_[same.front().blob].record], images[look.camera], same,
+            counters);
+    --room;
+  };
+  for (std::size_t k = 0; k < needed_.size() && room > 0; ++k) take(needed_[k]);
+  for (std::size_t k = 0; k < welcome_.size() && room > 0; ++k) take(welcome_[(turn_ + k) % welcome_.size()]);
+  turn_ += options_.most_looks;
+  table_.settle();
+}
+
+// Blobs in whose box a track expects its marker.
+void PixelLook::collect(std::uint32_t camera, std::span<const shaders::BlobRecord> records,
+                        std::span<const Prediction> predictions) {
+  for (const Prediction& prediction : predictions) {
+    Eigen::Vector2d pixel;
+    Eigen::Matrix<double, 2, 3> jacobian;
+    if (!project_outline(cameras_[camera], prediction.position_in_world, options_.marker_radius_m, pixel,
+                         jacobian))
+      continue;
+    Eigen::Matrix2d spread = jacobian * prediction.covariance_m2 * jacobian.transpose();
+    double bias_variance_px2 = table_.calibration_variance_px2(camera);
+    Eigen::Vector2d bias = Eigen::Vector2d::Zero();
+    if (camera < prediction.bias.size()) {
+      bias = prediction.bias[camera].px;
+      bias_variance_px2 = prediction.bias[camera].variance_px2;
+    }
+    spread.diagonal().array() += bias_variance_px2;
+    const double sigma_px = largest_sigma(spread);
+    if (!(sigma_px < kVague_px)) continue;
+    const double own_px = options_.marker_radius_m * jacobian.row(0).norm();
+    std::optional<ExpectedDisc> disc;
+    const double slack = kMargin_px + kSigmas * sigma_px;
+    // A blob of several markers is at most a few of them wide.
+    table_.near(camera, pixel + bias, slack + 4.0 * own_px + 2.0, [&](std::uint32_t blob) {
+      if (!disc) {
+        disc = expected_disc(cameras_[camera], prediction.position_in_world, prediction.velocity_in_world,
+                             options_.marker_radius_m, options_.exposure_s);
+        if (!disc) return;
+        disc->centre_px += bias;
+      }
+      const shaders::BlobRecord& r = records[table_[blob].record];
+      const double x = disc->centre_px.x(), y = disc->centre_px.y();
+      if (x > static_cast<double>(r.x_min_px) - slack && x < static_cast<double>(r.x_max_px) + slack &&
+          y > static_cast<double>(r.y_min_px) - slack && y < static_cast<double>(r.y_max_px) + slack)
+        wishes_.push_back({blob, *disc});
+    });
+  }
+}
+
+bool PixelLook::needs_look(const shaders::BlobRecord& record, std::span<const Wish> wishes) {
+  // Two markers may be expected where one is, the other being hidden or somewhere near.
+  for (const Wish& wish : wishes)
+    if (whole_.may_be_whole(record, wish.disc)) {
+      table_.whole(wish.blob);
+      return false;
+    }
+  return true;
+}
+
+void PixelLook::resolve(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
+                        std::span<const Wish> wishes, MatchCounters& counters) {
+  const std::uint32_t blob = wishes.front().blob;
+  std::array<ExpectedDisc, kMaxDiscs> discs;
+  const std::size_t count = std::min(wishes.size(), kMaxDiscs);
+  for (std::size_t k = 0; k < count; ++k) discs[k] = wishes[k].disc;
+  const bool whole = table_[blob].radius_px == 0.0;
+  bool found = false;
+  if (count == 1 && !whole && whole_.deviation(record, discs[0]).weight > kSecondShare)
+    found = fit_stranger(camera, record, image, blob, discs[0]);
+  if (!found && !(whole && count > 1)) found = fit(camera, record, image, blob, {discs.data(), count});
+  for (std::size_t k = 0; count > 1 && k < count && !found; ++k)
+    found =
+        (!whole || whole_.may_be_whole(record, discs[k])) && fit(camera, record, image, blob, {&discs[k], 1});
+  if (!found && !whole) table_.doubt(blob);
+  ++(found ? counters.resolved : counters.unresolved);
+}
+
+// A blob with one marker expected may show a second that no track knows of yet, or one that bounced into it.
+// Of two discs alike the centres lie sqrt(l1 - l2) from the common centroid, l1 > l2 being the second
+// moments.
+bool PixelLook::fit_stranger(std::uint32_t camera, const shaders::BlobRecord& record,
+                             const gpu::ImageView& image, std::uint32_t blob, const ExpectedDisc& expected) {
+  const double xx = static_cast<double>(record.var_xx_px2), xy = static_cast<double>(record.var_xy_px2),
+               yy = static_cast<double>(record.var_yy_px2);
+  const double apart_px = std::sqrt(2.0 * std::hypot(0.5 * (xx - yy), xy));
+  const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
+  const Eigen::Vector2d centroid(static_cast<double>(record.x_px), static_cast<double>(record.y_px));
+  const Eigen::Vector2d away = apart_px * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  std::array<ExpectedDisc, 2> discs{expected, expected};
+  discs[0].centre_px = centroid + away;
+  discs[1].centre_px = centroid - away;
+  if (fit(camera, record, image, blob, discs)) return true;
+  std::swap(discs[0].centre_px, discs[1].centre_px);  // which is nearer, and hides the other, is not known
+  return fit(camera, record, image, blob, discs);
+}
+
+bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
+                    std::uint32_t blob, std::span<const ExpectedDisc> discs) {
+  const PixelBox box{
+      static_cast<int>(record.x_min_px) - kWindow_px, static_cast<int>(record.y_min_px) - kWindow_px,
+      static_cast<int>(record.x_max_px) + kWindow_px, static_cast<int>(record.y_max_px) + kWindow_px};
+  std::array<FittedDisc, kMaxDiscs> fitted;
+  FitQuality quality;
+  if (!fit_.fit(image, box, discs, {fitted.data(), discs.size()}, quality)) return false;
+  if (!(quality.chi2_per_dof < kWorstChi2)) return false;
+  std::array<OutlineCentre, kMaxDiscs> centres;
+  for (std::size_t k = 0; k < discs.size(); ++k) {
+    const auto centre =
+        outline_centre(cameras_[camera], fitted[k].centre_px, discs[k].shape_px2, fitted[k].covariance_px2);
+    if (!centre || !(largest_sigma(centre->covariance_px2) < kWorstSigma_px)) return false;
+    centres[k] = *centre;
+  }
+  for (std::size_t k = 0; k < discs.size(); ++k)
+    table_.resolve(blob, centres[k].normalized, centres[k].covariance_px2);
+  return true;
+}
+
+}  // namespace glint

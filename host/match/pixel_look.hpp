@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// A closer look at blobs that tracks expect to be more, or less, than one marker.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gpu/detector.hpp"
+#include "host/match/blob_table.hpp"
+#include "host/match/prediction.hpp"
+#include "host/resolve/disc_fit.hpp"
+#include "host/resolve/whole_disc.hpp"
+
+namespace glint {
+
+/// Needs the markers' radius. Keeps its memory.
+class PixelLook {
+ public:
+  /// All borrowed for the life of this; the table is changed by look().
+  PixelLook(std::span<const Camera> cameras, const MatchOptions& options, BlobTable& table);
+
+  /// Blobs in which tracks expect several markers, and those that do not look like the one that is expected,
+  /// are replaced by discs fitted to their pixels.
+  void look(std::span<const std::span<const shaders::BlobRecord>> records,
+            std::span<const gpu::ImageView> images, std::span<const Prediction> predictions,
+            MatchCounters& counters);
+
+ private:
+  struct Wish {
+    std::uint32_t blob;
+    ExpectedDisc disc;
+  };
+  struct Look {  // wishes_[first, first + count) are of one blob
+    std::uint32_t camera, first, count;
+  };
+  void collect(std::uint32_t camera, std::span<const shaders::BlobRecord> records,
+               std::span<const Prediction> predictions);
+  bool needs_look(const shaders::BlobRecord& record, std::span<const Wish> wishes);
+  void resolve(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
+               std::span<const Wish> wishes, MatchCounters& counters);
+  bool fit_stranger(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
+                    std::uint32_t blob, const ExpectedDisc& expected);
+  bool fit(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
+           std::uint32_t blob, std::span<const ExpectedDisc> discs);
+
+  std::span<const Camera> cameras_;
+  const MatchOptions& options_;
+  BlobTable& table_;
+  DiscFit fit_;
+  WholeDiscTest whole_;
+  std::vector<Wish> wishes_;
+  std::vector<Look> needed_, welcome_;
+  std::size_t turn_ = 0;  // who comes first of those that are welcome
+};
+
+}  // namespace glint
