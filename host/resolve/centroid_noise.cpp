@@ -12,6 +12,8 @@ Eigen::Matrix2d centroid_covariance_px2(const shaders::BlobRecord& blob, const P
   // What is above the limit ends in steps of a pixel. Measured over radii of 1 to 8 px and limits at 0.05 to
   // 0.6 of the disc's level: the error that this leaves grows with that share and falls as 1 / radius, and
   // goes up and down about that by a factor of up to two. A clipped top ends in steps, too.
+  // Fewer pixels than four are hardly more than a place on the grid.
+  constexpr double kGrid_px = 0.15, kFewPixels = 4.0;
   constexpr double kEdge_px2 = 0.13, kLeastEdge_px2 = 0.0035, kClippedEdge_px2 = 0.03;
   const double area = std::max(1.0, static_cast<double>(blob.area_px));
   const double weight = std::max(1.0, static_cast<double>(blob.weight));
@@ -26,6 +28,7 @@ Eigen::Matrix2d centroid_covariance_px2(const shaders::BlobRecord& blob, const P
       cut_share > 0.0 ? 0.68 * blur_px * std::max(0.0, std::log(0.45 / cut_share)) : 0.0;
   const double radius_px = std::max(0.5, std::sqrt(area / std::numbers::pi) - outside_px);
   double floor_px = (kEdge_px2 * cut_share + kLeastEdge_px2) / radius_px;
+  if (area < kFewPixels) floor_px = std::hypot(floor_px, kGrid_px / area);
   if ((blob.flags & shaders::kBlobSaturated) != 0)
     floor_px = std::hypot(floor_px, kClippedEdge_px2 / radius_px);
 

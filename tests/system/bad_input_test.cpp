@@ -119,7 +119,7 @@ TEST_F(BadInput, TruncatedImageIsCountedNamedAndTheRestIsTracked) {
   fs::resize_file(victim, fs::file_size(victim) / 2);
   const std::string csv = (scratch_.path() / "out.csv").string();
   const Outcome o = run_glint({"track", "images:" + copy.string(), "--rig", calibration(), "--device", "cpu",
-                               "--background", "none", "--threshold", "30", "--output", "csv:" + csv});
+                               "--background", "none", "--threshold", "14", "--output", "csv:" + csv});
   EXPECT_EQ(o.exit_code, 1);
   EXPECT_THAT(o.err, HasSubstr(victim.filename().string()));
   EXPECT_THAT(o.err, HasSubstr("1 damaged"));
