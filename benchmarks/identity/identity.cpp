@@ -10,6 +10,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "benchmarks/identity/cost.hpp"
 #include "benchmarks/identity/generate.hpp"
 #include "benchmarks/identity/points_file.hpp"
 #include "benchmarks/identity/results_text.hpp"
@@ -17,6 +18,7 @@
 #include "benchmarks/identity/scenes.hpp"
 #include "host/base/error.hpp"
 #include "host/files/text_file.hpp"
+#include "host/match/matcher.hpp"
 
 namespace glint::identity {
 namespace {
@@ -26,7 +28,7 @@ constexpr int kFailed = 1, kWrongUsage = 2;
 struct Arguments {
   std::vector<std::string> scenes;
   std::uint64_t seeds = 5, seed = 1, ticks = 0;
-  unsigned jobs = 1;
+  unsigned jobs = 1, most_looks = MatchOptions{}.most_looks;
   std::string json, table, scene, folder, points;
 };
 
@@ -50,6 +52,16 @@ void run(const Arguments& a) {
     std::fputs(page.c_str(), stdout);
   } else {
     write_text_file(a.table, page, true);
+  }
+}
+
+void cost(const Arguments& a) {
+  constexpr std::uint32_t kSizes[][2] = {{4, 20}, {4, 50}, {4, 100}, {4, 200}, {16, 100}, {32, 200}};
+  std::fputs(cost_head().c_str(), stdout);
+  for (const auto& [cameras, markers] : kSizes) {
+    std::fputs(cost_row(cost_of(cameras, markers, a.ticks == 0 ? 300 : a.ticks, a.most_looks)).c_str(),
+               stdout);
+    std::fflush(stdout);
   }
 }
 
@@ -91,6 +103,10 @@ int main_of(int argc, char** argv) {
   runs->add_option("--json", a.json, "write every figure of every run to this file");
   runs->add_option("--table", a.table, "write the page to this file, not to standard output");
   runs->callback([&a] { run(a); });
+  CLI::App* costs = app.add_subcommand("cost", "processor time from blobs to tracks, by cameras and markers");
+  costs->add_option("--ticks", a.ticks, "frames of each; 0: 300");
+  costs->add_option("--looks", a.most_looks, "match.most_looks")->capture_default_str();
+  costs->callback([&a] { cost(a); });
   CLI::App* generates = app.add_subcommand("generate", "write a scene for another tracker");
   generates->add_option("SCENE", a.scene, "name of the scene")->required();
   generates->add_option("FOLDER", a.folder, "where to; new or empty")->required();

@@ -38,7 +38,6 @@ struct Prediction {
   std::array<PredictedMode, kMotionModes> modes{};
   std::uint32_t mode_count = 0;      ///< 0: one mode, the two above
   std::span<const ViewBias> bias{};  ///< by camera, borrowed until the match; empty: not known
-  double radius_m = 0.0;             ///< of the marker; 0: unknown
   bool single_view = false;          ///< known well enough that one camera may claim a blob for it
 };
 
