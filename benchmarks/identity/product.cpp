@@ -47,7 +47,12 @@ std::unique_ptr<TickInput> open_scene(const Scene& scene, std::uint64_t ticks) {
   options.pace = {Pace::Fastest, 0.0};
   auto input = std::make_unique<FrameInput>(
       std::make_unique<SimSource>(scene, SimSourceOptions{false, ticks}), lenses, options);
-  SimSource lesson(scene, {false, 0});
+  // Of the empty room: a marker that rests while the background is learnt becomes a part of it.
+  SimOptions empty = scene.options();
+  empty.motion = SimMotion::Thrown;
+  empty.markers = 0;
+  const Scene room(empty);
+  SimSource lesson(room, {false, 0});
   const LearntLimits learnt = learn_limits(lesson, detect.background_frames, detect.threshold);
   for (std::uint32_t c = 0; c < scene.cameras(); ++c) input->set_limit(c, learnt.limit_of_camera[c]);
   return input;

@@ -10,7 +10,7 @@
 
 #include "host/base/check.hpp"
 #include "host/body/point_pose.hpp"
-#include "host/body/rotation.hpp"
+#include "host/geometry/rotation.hpp"
 
 namespace glint {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "host/body/rotation.hpp"
+#include "host/geometry/rotation.hpp"
 
 namespace glint {
 namespace {

@@ -10,7 +10,7 @@
 #include <Eigen/LU>
 
 #include "host/base/check.hpp"
-#include "host/body/rotation.hpp"
+#include "host/geometry/rotation.hpp"
 #include "host/geometry/triangulate.hpp"
 
 namespace glint {

@@ -10,8 +10,8 @@
 #include "host/base/error.hpp"
 #include "host/body/acquisition.hpp"
 #include "host/body/identity.hpp"
-#include "host/body/rotation.hpp"
 #include "host/body/search.hpp"
+#include "host/geometry/rotation.hpp"
 
 namespace glint {
 namespace {

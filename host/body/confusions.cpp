@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "host/body/point_pose.hpp"
-#include "host/body/rotation.hpp"
+#include "host/geometry/rotation.hpp"
 
 namespace glint {
 namespace {

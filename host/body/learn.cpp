@@ -11,7 +11,7 @@
 
 #include "host/base/error.hpp"
 #include "host/body/point_pose.hpp"
-#include "host/body/rotation.hpp"
+#include "host/geometry/rotation.hpp"
 
 namespace glint {
 namespace {

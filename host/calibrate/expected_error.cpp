@@ -10,18 +10,13 @@
 #include <Eigen/Geometry>
 
 #include "host/base/check.hpp"
+#include "host/geometry/rotation.hpp"
 
 namespace glint {
 namespace {
 
 constexpr std::size_t kMostCells = 20'000;
 constexpr double kLeastSine = 0.02;  // of the angle between two rays, as the triangulation demands
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/calibrate/reprojection_cost.hpp"
+#include "host/geometry/rotation.hpp"
 
 #include <Eigen/Geometry>
 
@@ -10,12 +11,6 @@ namespace {
 template <int kRows, int kColumns>
 auto jacobian(double* values) {
   return Eigen::Map<Eigen::Matrix<double, kRows, kColumns, Eigen::RowMajor>>(values);
-}
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
 }
 
 /// What all sightings share: residuals, and derivatives by the camera's three blocks. False if the point is

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 
 #include "host/calibrate/reprojection_cost.hpp"
+#include "host/geometry/rotation.hpp"
 
 namespace glint {
 namespace {
@@ -13,12 +14,6 @@ namespace {
 // How much the cameras' orientations count beside their positions in the alignment, relative to the size of
 // the rig: just enough to fix what positions on a line leave open.
 constexpr double kOrientationWeight = 0.01;
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
 
 class Uncertainty {
  public:

@@ -10,6 +10,7 @@
 #include "host/config/read_calibration.hpp"
 #include "host/config/rig.hpp"
 #include "host/config/toml_section.hpp"
+#include "host/config/write_checked.hpp"
 #include "host/files/text_file.hpp"
 
 namespace glint {
@@ -97,19 +98,8 @@ std::string to_toml(std::span<const BodyModel> bodies) {
 }
 
 void write_bodies(const std::filesystem::path& path, std::span<const BodyModel> bodies, bool force) {
-  const std::string text = to_toml(bodies);
-  FileProblems problems(path);
-  parse_bodies(text, problems);
-  if (!problems.empty()) {
-    std::string message = path.string() + ": not written, because it could not be read back:";
-    for (const std::string& line : problems.lines()) message += "\n" + line;
-    throw Error(message);
-  }
-  if (force && is_rig_file(path))
-    throw Error(path.string() +
-                ": is a rig file, which a body file must not replace; write to another file, and copy "
-                "its [[body]] sections");
-  write_text_file(path, text, force);
+  write_checked(path, to_toml(bodies), parse_bodies,
+                "a body file must not replace; write to another file, and copy its [[body]] sections", force);
 }
 
 }  // namespace glint

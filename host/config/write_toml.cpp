@@ -12,6 +12,7 @@
 #include "host/config/read_calibration.hpp"
 #include "host/config/rig.hpp"
 #include "host/config/toml_section.hpp"
+#include "host/config/write_checked.hpp"
 #include "host/files/text_file.hpp"
 
 namespace glint {
@@ -186,20 +187,10 @@ bool is_rig_file(const std::filesystem::path& path) {
 }
 
 void write_calibration(const std::filesystem::path& path, const Calibration& calibration, bool force) {
-  const std::string text = to_toml(calibration);
-  FileProblems problems(path);
-  parse_calibration(text, problems);
-  if (!problems.empty()) {
-    std::string message = path.string() + ": not written, because it could not be read back:";
-    for (const std::string& line : problems.lines()) message += "\n" + line;
-    throw Error(message);
-  }
-  // A rig file says much more than where its cameras are.
-  if (force && is_rig_file(path))
-    throw Error(path.string() +
-                ": is a rig file, which a calibration must not replace; write to another file, and name "
-                "that in the rig file's rig.calibration");
-  write_text_file(path, text, force);
+  write_checked(path, to_toml(calibration), parse_calibration,
+                "a calibration must not replace; write to another file, and name that in the rig file's "
+                "rig.calibration",
+                force);
 }
 
 }  // namespace glint

@@ -8,6 +8,7 @@
 
 #include "gpu/lens_model.hpp"
 #include "host/base/check.hpp"
+#include "host/geometry/spread.hpp"
 #include "host/resolve/centroid_noise.hpp"
 
 namespace glint {
@@ -31,11 +32,6 @@ constexpr double kUnknownSigma_px = 0.05;
 // 200,000.
 constexpr double kCalibrationGate = 3.5;
 
-double largest_sigma(const Eigen::Matrix2d& m) noexcept {
-  const double mean = 0.5 * (m(0, 0) + m(1, 1));
-  return std::sqrt(mean + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1)));
-}
-
 int clamp_cell(double value, int cells) noexcept {
   return static_cast<int>(std::clamp(std::floor(value), 0.0, static_cast<double>(cells - 1)));
 }
@@ -58,6 +54,7 @@ std::pair<int, int> BlobTable::Grid::rows_between(double low_px, double high_px)
 
 BlobTable::BlobTable(std::span<const Camera> cameras, const MatchOptions& options)
     : cameras_(cameras), options_(options), begin_(cameras.size() + 1, 0), grids_(cameras.size()) {
+  noise_excess_.assign(cameras.size(), 1.0);
   for (const Camera& camera : cameras) {
     const double calibration_px = camera.calibration().rms_px;
     const CameraCalibration& c = camera.calibration();
@@ -80,7 +77,7 @@ void BlobTable::fill(std::span<const std::span<const shaders::BlobRecord>> blobs
       blob.radius_px = std::sqrt(static_cast<double>(record.area_px) / std::numbers::pi);
       place(blob, {static_cast<double>(record.x_undist), static_cast<double>(record.y_undist)});
       blob.usable = (record.flags & shaders::kBlobNotInvertible) == 0 && blob.pixel.allFinite();
-      blob.suspect = false;
+      blob.suspect = blob.elongated = false;
       blob.saturated = (record.flags & shaders::kBlobSaturated) != 0;
       blob.resolved = false;
 
@@ -100,7 +97,7 @@ void BlobTable::fill(std::span<const std::span<const shaders::BlobRecord>> blobs
         const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
         const Eigen::Vector2d axis(std::cos(angle), std::sin(angle));
         blob.covariance_px2 += (l1 - l2) * axis * axis.transpose();
-        blob.suspect = true;
+        blob.suspect = blob.elongated = true;
       }
       blob.sigma_px = largest_sigma(blob.covariance_px2);
     }
@@ -133,7 +130,8 @@ Eigen::Matrix2d BlobTable::own_covariance(const shaders::BlobRecord& record,
   Eigen::Matrix2d distort;
   distort << lens.xx, lens.xy, lens.xy, lens.yy;
   const Eigen::Matrix2d undistort = distort.inverse();
-  return covariance + undistort * centroid_covariance_px2(record, PixelNoise{}) * undistort.transpose();
+  return covariance + noise_excess_[blob.camera] * undistort * centroid_covariance_px2(record, PixelNoise{}) *
+                          undistort.transpose();
 }
 
 void BlobTable::resolve(std::uint32_t blob, const Eigen::Vector2d& centre,
@@ -168,7 +166,7 @@ void BlobTable::settle() {
         part.covariance_px2.diagonal().array() +=
             options_.sigma_px * options_.sigma_px + calibration_variance_px2_[camera];
         part.sigma_px = largest_sigma(part.covariance_px2);
-        part.suspect = part.saturated = false;
+        part.suspect = part.elongated = part.saturated = false;
         part.resolved = part.radius_px != 0.0;  // of whole() it is 0: then the centroid was right, too
         part.radius_px = 0.0;
       }

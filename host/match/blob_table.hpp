@@ -27,7 +27,8 @@ struct MatchBlob {
   std::uint32_t camera;
   std::uint32_t record;  ///< index into the camera's blobs as they were detected; several blobs may share one
   bool usable;           ///< the lens model can be inverted here
-  bool suspect;          ///< cut off by the border, or longer than one marker looks
+  bool elongated;        ///< longer than one marker looks
+  bool suspect;          ///< that, cut off by the border, or explained by another point
   bool saturated;
   bool resolved;  ///< placed by its pixels because its centroid is not one marker's; then radius_px is 0
 };
@@ -67,6 +68,8 @@ class BlobTable {
   double calibration_variance_px2(std::size_t camera) const noexcept {
     return calibration_variance_px2_[camera];
   }
+  /// Variance of a camera's pixels over what is assumed of a raw 8-bit camera; from the next fill() on.
+  void set_noise_excess(std::size_t camera, double factor) noexcept { noise_excess_[camera] = factor; }
   /// Largest residual of a blob that may belong to a point, the calibration's errors included.
   double gate_px(std::size_t camera) const noexcept { return gate_px_[camera]; }
 
@@ -112,7 +115,7 @@ class BlobTable {
 
   std::span<const Camera> cameras_;
   const MatchOptions& options_;
-  std::vector<double> calibration_variance_px2_, gate_px_;
+  std::vector<double> calibration_variance_px2_, gate_px_, noise_excess_;
   struct Resolved {
     std::uint32_t blob;
     Eigen::Vector2d centre;

@@ -26,11 +26,6 @@ constexpr double kCertainChi2 =
     9.2;  // a lone, uncontested blob this near (99 %) leaves no reason to try without it
 constexpr std::size_t kTracksReserved = 512;
 
-double largest_eigenvalue(const Eigen::Matrix2d& m) noexcept {
-  const double mean = 0.5 * (m(0, 0) + m(1, 1));
-  return mean + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1));
-}
-
 double log_2pi() noexcept { return std::log(2.0 * std::numbers::pi); }
 
 std::span<const PredictedMode> modes_of(const Prediction& prediction, PredictedMode& single) noexcept {
@@ -41,8 +36,13 @@ std::span<const PredictedMode> modes_of(const Prediction& prediction, PredictedM
 
 }  // namespace
 
-Claims::Claims(std::span<const Camera> cameras, const MatchOptions& options, const BlobTable& table)
-    : cameras_(cameras), options_(options), table_(table), log_clutter_(cameras.size(), 0.0) {
+Claims::Claims(std::span<const Camera> cameras, const MatchOptions& options, const BlobTable& table,
+               const ExpectedViews& expected)
+    : cameras_(cameras),
+      options_(options),
+      table_(table),
+      expected_(expected),
+      log_clutter_(cameras.size(), 0.0) {
   // Room for busy frames, so that a rare one does not have to ask for it.
   sights_.reserve(kTracksReserved * cameras.size());
   candidates_.reserve(kTracksReserved * cameras.size());
@@ -76,10 +76,11 @@ void Claims::find(std::span<const Prediction> predictions, std::span<const std::
     log_clutter_[camera] =
         std::log(kClutterShare * std::max(1.0, static_cast<double>(table_.free_blobs(camera))) / area);
   }
-  for (std::size_t k = 0; k < predictions.size(); ++k) {
+  for (std::uint32_t k = 0; k < predictions.size(); ++k) {
     const std::size_t sights = sights_.size(), candidates = candidates_.size();
     first_sight_.push_back(static_cast<std::uint32_t>(sights));
-    if (settled[k] != 0 || (single_view && !predictions[k].single_view) || collect(predictions[k])) continue;
+    if (settled[k] != 0 || (single_view && !predictions[k].single_view) || collect(k, predictions[k]))
+      continue;
     sights_.resize(sights);
     candidates_.resize(candidates);
   }
@@ -91,36 +92,22 @@ void Claims::find(std::span<const Prediction> predictions, std::span<const std::
 }
 
 // Blobs within the gates of one prediction; false if they are of no use.
-bool Claims::collect(const Prediction& prediction) {
+bool Claims::collect(std::uint32_t number, const Prediction& prediction) {
   if (!prediction.position_in_world.allFinite() || !prediction.covariance_m2.allFinite()) return false;
   for (std::uint32_t camera = 0; camera < cameras_.size(); ++camera) {
-    if (table_.grid(camera).empty()) continue;
-    Sight sight;
-    sight.camera = camera;
-    if (!project_outline(cameras_[camera], prediction.position_in_world, options_.marker_radius_m,
-                         sight.pixel, sight.by_position))
-      continue;
-    sight.bias_variance_px2 = table_.calibration_variance_px2(camera);
-    if (camera < prediction.bias.size()) {
-      sight.pixel += prediction.bias[camera].px;
-      sight.bias_variance_px2 = prediction.bias[camera].variance_px2;
-    }
-    Eigen::Matrix2d spread = sight.by_position * prediction.covariance_m2 * sight.by_position.transpose();
-    spread.diagonal().array() += sight.bias_variance_px2;
-    const double radius = table_.gate_px(camera) + std::sqrt(kJoinChi2 * largest_eigenvalue(spread));
+    const ExpectedView& expected = expected_.of(number, camera);
+    if (!expected.in_front || table_.grid(camera).empty()) continue;
+    Sight sight{camera, &expected};
+    const double radius = expected.reach_px(table_.gate_px(camera), kJoinChi2);
     sight.first = static_cast<std::uint32_t>(candidates_.size());
-    const double own_px2 = sight.bias_variance_px2 - table_.calibration_variance_px2(camera);
-    table_.near(camera, sight.pixel, radius, [&](std::uint32_t blob) {
-      Eigen::Matrix2d s = sight.by_position * prediction.covariance_m2 * sight.by_position.transpose() +
-                          table_[blob].covariance_px2;
-      s.diagonal().array() += own_px2;
-      const Eigen::Vector2d off = table_[blob].pixel - sight.pixel;
-      if (off.dot(s.inverse() * off) <= kJoinChi2) candidates_.push_back(blob);
+    table_.near(camera, expected.pixel, radius, [&](std::uint32_t blob) {
+      const Eigen::Vector2d off = table_[blob].pixel - expected.pixel;
+      if (off.dot(expected.with(table_[blob]).inverse() * off) <= kJoinChi2) candidates_.push_back(blob);
     });
     sight.count = static_cast<std::uint32_t>(candidates_.size()) - sight.first;
     if (sight.count == 0) continue;
     std::size_t around = 0;
-    table_.near(camera, sight.pixel, kAround_px, [&around](std::uint32_t) { ++around; });
+    table_.near(camera, expected.pixel, kAround_px, [&around](std::uint32_t) { ++around; });
     sight.log_clutter = std::max(
         log_clutter_[camera],
         std::log(kOthersShare * static_cast<double>(around) / (std::numbers::pi * kAround_px * kAround_px)));
@@ -146,18 +133,8 @@ void Claims::search(std::uint32_t number, const Prediction& prediction, std::spa
                         q = b.count + (b.contested ? kVagueBlobs : 0);
     return p != q ? p < q : a.camera < b.camera;
   });
-  beam_.clear();
-  beam_.push_back({Eigen::Vector3d::Zero(), prediction.covariance_m2, 0.0, {}});
-  for (const Sight& sight : sights) {
-    grown_.clear();
-    for (const Partial& partial : beam_) extend(sight, partial);
-    if (grown_.size() > kBeam) {
-      std::partial_sort(grown_.begin(), grown_.begin() + kBeam, grown_.end(),
-                        [](const Partial& a, const Partial& b) { return a.score > b.score; });
-      grown_.resize(kBeam);
-    }
-    beam_.swap(grown_);
-  }
+  // A view that is wrong keeps the right ones out, where it seemed too certain to be left out.
+  if (!grow_beam(prediction, sights, Skip::IfDoubtful)) grow_beam(prediction, sights, Skip::Always);
   for (const Partial& partial : beam_) {
     if (partial.tuple.count < least_views_) continue;
     Claim& claim = claims_.emplace_back();
@@ -168,17 +145,35 @@ void Claims::search(std::uint32_t number, const Prediction& prediction, std::spa
   }
 }
 
-void Claims::extend(const Sight& sight, const Partial& partial) {
-  const Eigen::Vector2d pixel = sight.pixel + sight.by_position * partial.move;
-  const Eigen::Matrix<double, 3, 2> pj = partial.covariance * sight.by_position.transpose();
-  const Eigen::Matrix2d spread = sight.by_position * pj;
-  const double own_px2 = sight.bias_variance_px2 - table_.calibration_variance_px2(sight.camera);
+bool Claims::grow_beam(const Prediction& prediction, std::span<const Sight> sights, Skip skip) {
+  beam_.clear();
+  beam_.push_back({Eigen::Vector3d::Zero(), prediction.covariance_m2, 0.0, {}});
+  bool agreed = true;
+  for (const Sight& sight : sights) {
+    grown_.clear();
+    for (const Partial& partial : beam_) agreed = extend(sight, partial, skip) && agreed;
+    if (grown_.size() > kBeam) {
+      std::partial_sort(grown_.begin(), grown_.begin() + kBeam, grown_.end(),
+                        [](const Partial& a, const Partial& b) { return a.score > b.score; });
+      grown_.resize(kBeam);
+    }
+    beam_.swap(grown_);
+  }
+  return agreed;
+}
+
+// Whether any of the camera's blobs fits what was chosen before.
+bool Claims::extend(const Sight& sight, const Partial& partial, Skip skip) {
+  const ExpectedView& expected = *sight.expected;
+  const Eigen::Vector2d pixel = expected.pixel + expected.by_position * partial.move;
+  const Eigen::Matrix<double, 3, 2> pj = partial.covariance * expected.by_position.transpose();
+  Eigen::Matrix2d spread = expected.by_position * pj;
+  spread.diagonal().array() += expected.beyond_calibration_px2;
   double nearest = std::numeric_limits<double>::infinity();
   std::size_t joined = 0;
   for (std::uint32_t k = sight.first; k < sight.first + sight.count; ++k) {
     const MatchBlob& blob = table_[candidates_[k]];
-    Eigen::Matrix2d s = spread + blob.covariance_px2;
-    s.diagonal().array() += own_px2;
+    const Eigen::Matrix2d s = spread + blob.covariance_px2;
     const Eigen::Matrix2d s_inverse = s.inverse();
     const Eigen::Vector2d innovation = blob.pixel - pixel;
     const double chi2 = innovation.dot(s_inverse * innovation);
@@ -193,8 +188,9 @@ void Claims::extend(const Sight& sight, const Partial& partial) {
     nearest = std::min(nearest, chi2);
     ++joined;
   }
-  if (joined == 1 && nearest <= kCertainChi2 && !sight.contested) return;
-  grown_.push_back(partial);
+  if (skip == Skip::Always || joined != 1 || nearest > kCertainChi2 || sight.contested)
+    grown_.push_back(partial);
+  return joined > 0;
 }
 
 // Fits the views; while they disagree with each other, the one goes whose removal takes most of the
@@ -298,32 +294,21 @@ bool Claims::complete(const Prediction& prediction, std::span<const Sight> sight
   const std::uint32_t before = claim.tuple.count;
   for (std::uint32_t camera = 0; camera < cameras_.size(); ++camera) {
     if ((has >> camera & 1u) != 0 || table_.grid(camera).empty()) continue;
-    Eigen::Vector2d pixel;
-    Eigen::Matrix<double, 2, 3> jacobian;
-    if (!project_outline(cameras_[camera], claim.point.position_in_world, options_.marker_radius_m, pixel,
-                         jacobian))
-      continue;
-    double bias_px2 = table_.calibration_variance_px2(camera);
-    if (camera < prediction.bias.size()) {
-      pixel += prediction.bias[camera].px;
-      bias_px2 = prediction.bias[camera].variance_px2;
-    }
-    Eigen::Matrix2d spread = jacobian * claim.point.covariance_m2 * jacobian.transpose();
-    spread.diagonal().array() += bias_px2 - table_.calibration_variance_px2(camera);
+    const ExpectedView expected =
+        expected_.at(prediction, camera, claim.point.position_in_world, claim.point.covariance_m2);
+    if (!expected.in_front) continue;
     const auto own =
         std::find_if(sights.begin(), sights.end(), [&](const Sight& s) { return s.camera == camera; });
     std::uint32_t found = 0;
     double nearest = kJoinChi2;
-    const double radius =
-        table_.gate_px(camera) + std::sqrt(kJoinChi2 * std::max(0.0, largest_eigenvalue(spread)));
-    table_.near(camera, pixel, std::min(radius, kVaguePx), [&](std::uint32_t blob) {
+    const double radius = expected.reach_px(table_.gate_px(camera), kJoinChi2);
+    table_.near(camera, expected.pixel, std::min(radius, kVaguePx), [&](std::uint32_t blob) {
       bool mine = false;
       for (std::uint32_t k = 0; own != sights.end() && k < own->count; ++k)
         mine = mine || candidates_[own->first + k] == blob;
       if (wishes_[blob] > (mine ? 1u : 0u)) return;
-      const Eigen::Vector2d off = table_[blob].pixel - pixel;
-      const Eigen::Matrix2d s = spread + table_[blob].covariance_px2;
-      const double chi2 = off.dot(s.inverse() * off);
+      const Eigen::Vector2d off = table_[blob].pixel - expected.pixel;
+      const double chi2 = off.dot(expected.with(table_[blob]).inverse() * off);
       if (chi2 > nearest) return;
       nearest = chi2;
       found = blob + 1;

@@ -9,6 +9,7 @@
 #include "host/geometry/triangulate.hpp"
 #include "host/match/blob_table.hpp"
 #include "host/match/blob_tuple.hpp"
+#include "host/match/expected_views.hpp"
 #include "host/match/prediction.hpp"
 
 namespace glint {
@@ -26,10 +27,12 @@ struct Claim {
 class Claims {
  public:
   /// All borrowed for the life of this.
-  Claims(std::span<const Camera> cameras, const MatchOptions& options, const BlobTable& table);
+  Claims(std::span<const Camera> cameras, const MatchOptions& options, const BlobTable& table,
+         const ExpectedViews& expected);
 
-  /// Replaces what was found before. `settled` (by prediction, not 0): has its blobs already, and is left
-  /// out. With single_view a claim may rest on one camera, where the prediction allows that.
+  /// Replaces what was found before; `expected` has been filled with the same predictions. `settled` (by
+  /// prediction, not 0): has its blobs already, and is left out. With single_view a claim may rest on one
+  /// camera, where the prediction allows that.
   void find(std::span<const Prediction> predictions, std::span<const std::uint8_t> settled, bool single_view);
 
   std::span<const Claim> all() const noexcept { return claims_; }
@@ -40,9 +43,7 @@ class Claims {
   /// Where one camera expects one track.
   struct Sight {
     std::uint32_t camera = 0;
-    Eigen::Vector2d pixel;  ///< of a blob, bias included
-    Eigen::Matrix<double, 2, 3> by_position;
-    double bias_variance_px2 = 0.0;
+    const ExpectedView* expected = nullptr;
     double log_clutter = 0.0;            ///< per pixel^2, around the place: blobs of other markers, mostly
     std::uint32_t first = 0, count = 0;  ///< candidates
     bool contested = false;
@@ -54,10 +55,12 @@ class Claims {
     BlobTuple tuple;
   };
 
-  bool collect(const Prediction& prediction);
+  bool collect(std::uint32_t number, const Prediction& prediction);
   void count_wishes();
   void search(std::uint32_t number, const Prediction& prediction, std::span<Sight> sights);
-  void extend(const Sight& sight, const Partial& partial);
+  enum class Skip : std::uint8_t { IfDoubtful, Always };  // try without a camera's blob, too
+  bool grow_beam(const Prediction& prediction, std::span<const Sight> sights, Skip skip);
+  bool extend(const Sight& sight, const Partial& partial, Skip skip);
   bool evaluate(const Prediction& prediction, std::span<const Sight> sights, Claim& claim) const noexcept;
   bool complete(const Prediction& prediction, std::span<const Sight> sights, Claim& claim) const noexcept;
   double score_of(const Prediction& prediction, std::span<const Sight> sights, const Claim& claim,
@@ -68,6 +71,7 @@ class Claims {
   std::span<const Camera> cameras_;
   const MatchOptions& options_;
   const BlobTable& table_;
+  const ExpectedViews& expected_;
   std::uint32_t least_views_ = 2;
   std::vector<double> log_clutter_;
   std::vector<Sight> sights_;

@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 
+#include "host/geometry/spread.hpp"
 #include "host/match/hypotheses.hpp"
 #include "host/match/limits.hpp"
 
@@ -18,11 +19,6 @@ constexpr double kCertainChi2 = 9.2;   // a lone blob this near (99 %) leaves no
 constexpr double kSearchSigmas = 4.3;  // sqrt(kJoinChi2)
 
 double log_2pi() noexcept { return std::log(2.0 * std::numbers::pi); }
-
-double largest_eigenvalue(const Eigen::Matrix2d& m) noexcept {
-  const double mean = 0.5 * (m(0, 0) + m(1, 1));
-  return mean + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1));
-}
 
 }  // namespace
 
@@ -91,7 +87,7 @@ void Hypotheses::extend_into(std::size_t camera, const Partial& partial) {
     return;
   }
   const Eigen::Matrix2d spread = jacobian * partial.covariance * jacobian.transpose();
-  const double radius = table_.gate_px(camera) + kSearchSigmas * std::sqrt(largest_eigenvalue(spread));
+  const double radius = table_.gate_px(camera) + kSearchSigmas * std::sqrt(largest_variance(spread));
   std::size_t joined = 0;
   double nearest = 1e300;
   table_.near(camera, pixel, radius, [&](std::uint32_t blob) {

@@ -11,6 +11,7 @@
 #include "host/geometry/floor_point.hpp"
 #include "host/match/blob_table.hpp"
 #include "host/match/claims.hpp"
+#include "host/match/expected_views.hpp"
 #include "host/match/hypotheses.hpp"
 #include "host/match/limits.hpp"
 #include "host/match/pair_search.hpp"
@@ -64,8 +65,9 @@ struct Matcher::Impl {
         table(cameras, options),
         pairs(cameras, options, table),
         hypotheses(cameras, options, table),
-        claims(cameras, options, table),
-        pixels(cameras, options, table) {}
+        expected(cameras, options, table),
+        claims(cameras, options, table, expected),
+        pixels(cameras, options, table, expected) {}
 
   void meet_plane();
   void match_claims(bool single_view);
@@ -80,6 +82,7 @@ struct Matcher::Impl {
   BlobTable table;
   PairSearch pairs;
   Hypotheses hypotheses;
+  ExpectedViews expected;
   Claims claims;
   PixelLook pixels;
   SetPacking packing;
@@ -114,8 +117,8 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
   m.packed = {};
   m.table.fill(blobs);
   counters.blobs += m.table.size();
-  if (m.options.marker_radius_m > 0.0 && !images.empty() && !predictions.empty())
-    m.pixels.look(blobs, images, predictions, counters);
+  m.expected.fill(predictions);
+  if (m.options.marker_radius_m > 0.0 && !images.empty()) m.pixels.look(blobs, images, predictions, counters);
 
   if (m.options.plane_height_m) {
     m.meet_plane();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/geometry/spread.hpp"
 #include "host/geometry/triangulate.hpp"
 #include "host/resolve/expected_disc.hpp"
 
@@ -19,20 +20,42 @@ constexpr int kWindow_px = 2;         // of dark around the blob, for the backgr
 constexpr double kWorstChi2 = 3.0;    // per pixel: more, and discs are not what the pixels show
 constexpr double kSecondShare = 0.1;  // so much more light than expected may come from a second marker
 constexpr double kWorstSigma_px = 1.0;  // a disc that is placed no better is not placed
+constexpr double kNoiseStep = 1.02, kMostNoise = 1000.0;
+constexpr double kLeastStranger_px = 1.0;  // a radius below it says too little of what touches
 constexpr std::size_t kReserved = 4096;
 
-double largest_sigma(const Eigen::Matrix2d& m) noexcept {
-  const double mean = 0.5 * (m(0, 0) + m(1, 1));
-  return std::sqrt(mean + std::hypot(0.5 * (m(0, 0) - m(1, 1)), m(0, 1)));
+/// Of two discs alike the centres lie sqrt(l1 - l2) from the common centroid, l1 > l2 being the second
+/// moments.
+struct LongAxis {
+  Eigen::Vector2d centroid_px, apart_px;
+  double across_px2;
+};
+
+LongAxis long_axis(const shaders::BlobRecord& record) noexcept {
+  const double xx = static_cast<double>(record.var_xx_px2), xy = static_cast<double>(record.var_xy_px2),
+               yy = static_cast<double>(record.var_yy_px2);
+  const double difference = 2.0 * std::hypot(0.5 * (xx - yy), xy),
+               angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
+  return {{static_cast<double>(record.x_px), static_cast<double>(record.y_px)},
+          std::sqrt(difference) * Eigen::Vector2d(std::cos(angle), std::sin(angle)),
+          0.5 * (xx + yy - difference)};
 }
 
 }  // namespace
 
-PixelLook::PixelLook(std::span<const Camera> cameras, const MatchOptions& options, BlobTable& table)
-    : cameras_(cameras), options_(options), table_(table), fit_(PixelNoise{}), whole_(PixelNoise{}) {
+PixelLook::PixelLook(std::span<const Camera> cameras, const MatchOptions& options, BlobTable& table,
+                     const ExpectedViews& expected)
+    : cameras_(cameras),
+      options_(options),
+      table_(table),
+      expected_(expected),
+      fit_(PixelNoise{}),
+      whole_(PixelNoise{}),
+      noise_excess_(cameras.size(), 1.0) {
   wishes_.reserve(kReserved);
   needed_.reserve(kReserved);
   welcome_.reserve(kReserved);
+  unexpected_.reserve(kReserved);
 }
 
 void PixelLook::look(std::span<const std::span<const shaders::BlobRecord>> records,
@@ -41,9 +64,11 @@ void PixelLook::look(std::span<const std::span<const shaders::BlobRecord>> recor
   wishes_.clear();
   needed_.clear();
   welcome_.clear();
+  unexpected_.clear();
   for (std::uint32_t camera = 0; camera < cameras_.size(); ++camera) {
     if (images[camera].pixels == nullptr || records[camera].empty()) continue;
     std::size_t first = wishes_.size();
+    const std::size_t of_camera = first;
     collect(camera, records[camera], predictions);
     std::stable_sort(wishes_.begin() + static_cast<std::ptrdiff_t>(first), wishes_.end(),
                      [](const Wish& a, const Wish& b) { return a.blob < b.blob; });
@@ -52,9 +77,15 @@ void PixelLook::look(std::span<const std::span<const shaders::BlobRecord>> recor
       while (end < wishes_.size() && wishes_[end].blob == wishes_[first].blob) ++end;
       const Look look{camera, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(end - first)};
       const std::span<const Wish> same(wishes_.data() + first, end - first);
-      (needs_look(records[camera][table_[same.front().blob].record], same) ? needed_ : welcome_)
+      (needs_look(camera, records[camera][table_[same.front().blob].record], same) ? needed_ : welcome_)
           .push_back(look);
       first = end;
+    }
+    for (std::uint32_t blob = table_.begin_of(camera), wish = static_cast<std::uint32_t>(of_camera);
+         blob < table_.end_of(camera); ++blob) {
+      while (wish < wishes_.size() && wishes_[wish].blob < blob) ++wish;
+      const bool expected = wish < wishes_.size() && wishes_[wish].blob == blob;
+      if (!expected && table_[blob].elongated && table_[blob].usable) unexpected_.push_back(blob);
     }
   }
   std::size_t room = options_.most_looks;
@@ -65,6 +96,12 @@ void PixelLook::look(std::span<const std::span<const shaders::BlobRecord>> recor
     --room;
   };
   for (std::size_t k = 0; k < needed_.size() && room > 0; ++k) take(needed_[k]);
+  for (std::size_t k = 0; k < unexpected_.size() && room > 0; ++k, --room) {
+    const std::uint32_t blob = unexpected_[k], camera = table_[blob].camera;
+    ++(fit_strangers(camera, records[camera][table_[blob].record], images[camera], blob)
+           ? counters.resolved
+           : counters.unresolved);
+  }
   for (std::size_t k = 0; k < welcome_.size() && room > 0; ++k) take(welcome_[(turn_ + k) % welcome_.size()]);
   turn_ += options_.most_looks;
   table_.settle();
@@ -73,32 +110,23 @@ void PixelLook::look(std::span<const std::span<const shaders::BlobRecord>> recor
 // Blobs in whose box a track expects its marker.
 void PixelLook::collect(std::uint32_t camera, std::span<const shaders::BlobRecord> records,
                         std::span<const Prediction> predictions) {
-  for (const Prediction& prediction : predictions) {
-    Eigen::Vector2d pixel;
-    Eigen::Matrix<double, 2, 3> jacobian;
-    if (!project_outline(cameras_[camera], prediction.position_in_world, options_.marker_radius_m, pixel,
-                         jacobian))
-      continue;
-    Eigen::Matrix2d spread = jacobian * prediction.covariance_m2 * jacobian.transpose();
-    double bias_variance_px2 = table_.calibration_variance_px2(camera);
-    Eigen::Vector2d bias = Eigen::Vector2d::Zero();
-    if (camera < prediction.bias.size()) {
-      bias = prediction.bias[camera].px;
-      bias_variance_px2 = prediction.bias[camera].variance_px2;
-    }
-    spread.diagonal().array() += bias_variance_px2;
-    const double sigma_px = largest_sigma(spread);
+  for (std::uint32_t k = 0; k < predictions.size(); ++k) {
+    const Prediction& prediction = predictions[k];
+    const ExpectedView& expected = expected_.of(k, camera);
+    if (!expected.in_front) continue;
+    const double sigma_px = std::sqrt(
+        std::max(0.0, largest_variance(expected.spread_px2) + table_.calibration_variance_px2(camera)));
     if (!(sigma_px < kVague_px)) continue;
-    const double own_px = options_.marker_radius_m * jacobian.row(0).norm();
+    const double own_px = options_.marker_radius_m * expected.by_position.row(0).norm();
     std::optional<ExpectedDisc> disc;
     const double slack = kMargin_px + kSigmas * sigma_px;
     // A blob of several markers is at most a few of them wide.
-    table_.near(camera, pixel + bias, slack + 4.0 * own_px + 2.0, [&](std::uint32_t blob) {
+    table_.near(camera, expected.pixel, slack + 4.0 * own_px + 2.0, [&](std::uint32_t blob) {
       if (!disc) {
         disc = expected_disc(cameras_[camera], prediction.position_in_world, prediction.velocity_in_world,
                              options_.marker_radius_m, options_.exposure_s);
         if (!disc) return;
-        disc->centre_px += bias;
+        disc->centre_px += expected.bias_px;
       }
       const shaders::BlobRecord& r = records[table_[blob].record];
       const double x = disc->centre_px.x(), y = disc->centre_px.y();
@@ -109,10 +137,11 @@ void PixelLook::collect(std::uint32_t camera, std::span<const shaders::BlobRecor
   }
 }
 
-bool PixelLook::needs_look(const shaders::BlobRecord& record, std::span<const Wish> wishes) {
+bool PixelLook::needs_look(std::uint32_t camera, const shaders::BlobRecord& record,
+                           std::span<const Wish> wishes) {
   // Two markers may be expected where one is, the other being hidden or somewhere near.
   for (const Wish& wish : wishes)
-    if (whole_.may_be_whole(record, wish.disc)) {
+    if (whole_.may_be_whole(record, wish.disc, noise_excess_[camera])) {
       table_.whole(wish.blob);
       return false;
     }
@@ -129,31 +158,50 @@ void PixelLook::resolve(std::uint32_t camera, const shaders::BlobRecord& record,
   bool found = false;
   if (count == 1 && !whole && whole_.deviation(record, discs[0]).weight > kSecondShare)
     found = fit_stranger(camera, record, image, blob, discs[0]);
-  if (!found && !(whole && count > 1)) found = fit(camera, record, image, blob, {discs.data(), count});
+  // Which of several a whole blob belongs to is not known here, and each has a size of its own.
+  if (whole && count > 1) return;
+  if (!found) found = fit(camera, record, image, blob, {discs.data(), count});
   for (std::size_t k = 0; count > 1 && k < count && !found; ++k)
-    found =
-        (!whole || whole_.may_be_whole(record, discs[k])) && fit(camera, record, image, blob, {&discs[k], 1});
+    found = fit(camera, record, image, blob, {&discs[k], 1});
   if (!found && !whole) table_.doubt(blob);
   ++(found ? counters.resolved : counters.unresolved);
 }
 
 // A blob with one marker expected may show a second that no track knows of yet, or one that bounced into it.
-// Of two discs alike the centres lie sqrt(l1 - l2) from the common centroid, l1 > l2 being the second
-// moments.
 bool PixelLook::fit_stranger(std::uint32_t camera, const shaders::BlobRecord& record,
                              const gpu::ImageView& image, std::uint32_t blob, const ExpectedDisc& expected) {
-  const double xx = static_cast<double>(record.var_xx_px2), xy = static_cast<double>(record.var_xy_px2),
-               yy = static_cast<double>(record.var_yy_px2);
-  const double apart_px = std::sqrt(2.0 * std::hypot(0.5 * (xx - yy), xy));
-  const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
-  const Eigen::Vector2d centroid(static_cast<double>(record.x_px), static_cast<double>(record.y_px));
-  const Eigen::Vector2d away = apart_px * Eigen::Vector2d(std::cos(angle), std::sin(angle));
   std::array<ExpectedDisc, 2> discs{expected, expected};
-  discs[0].centre_px = centroid + away;
-  discs[1].centre_px = centroid - away;
+  const LongAxis axis = long_axis(record);
+  discs[0].centre_px = axis.centroid_px + axis.apart_px;
+  discs[1].centre_px = axis.centroid_px - axis.apart_px;
   if (fit(camera, record, image, blob, discs)) return true;
   std::swap(discs[0].centre_px, discs[1].centre_px);  // which is nearer, and hides the other, is not known
   return fit(camera, record, image, blob, discs);
+}
+
+// Nobody expects anything here, but no single marker is so long: two that touch, of a size that the blob's
+// width tells to some per cent.
+bool PixelLook::fit_strangers(std::uint32_t camera, const shaders::BlobRecord& record,
+                              const gpu::ImageView& image, std::uint32_t blob) {
+  constexpr std::array kSizes{1.0, 1.06, 0.94};
+  const LongAxis axis = long_axis(record);
+  const double radius_px = whole_.radius_px(record, axis.across_px2);
+  if (!(radius_px > kLeastStranger_px)) return false;
+  for (const double size : kSizes) {
+    ExpectedDisc disc;
+    disc.shape_px2 = size * size * radius_px * radius_px * Eigen::Matrix2d::Identity();
+    if (fit_stranger(camera, record, image, blob, disc)) return true;
+  }
+  return false;
+}
+
+// What a camera's pixels err by is what its markers show: half of the fits should leave less than the noise
+// that is assumed, and half more. A median does not mind the few that are not what they were taken for.
+// Compressed frames are several times as noisy as raw ones.
+void PixelLook::learn_noise(std::uint32_t camera, double chi2_per_dof) noexcept {
+  double& excess = noise_excess_[camera];
+  excess = std::clamp(chi2_per_dof > 1.0 ? excess * kNoiseStep : excess / kNoiseStep, 1.0, kMostNoise);
+  table_.set_noise_excess(camera, excess);
 }
 
 bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
@@ -163,7 +211,9 @@ bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, con
       static_cast<int>(record.x_max_px) + kWindow_px, static_cast<int>(record.y_max_px) + kWindow_px};
   std::array<FittedDisc, kMaxDiscs> fitted;
   FitQuality quality;
-  if (!fit_.fit(image, box, discs, {fitted.data(), discs.size()}, quality)) return false;
+  if (!fit_.fit(image, box, discs, {fitted.data(), discs.size()}, quality, noise_excess_[camera]))
+    return false;
+  if (discs.size() == 1) learn_noise(camera, quality.chi2_per_dof);
   if (!(quality.chi2_per_dof < kWorstChi2)) return false;
   std::array<OutlineCentre, kMaxDiscs> centres;
   for (std::size_t k = 0; k < discs.size(); ++k) {

@@ -9,6 +9,7 @@
 
 #include "gpu/detector.hpp"
 #include "host/match/blob_table.hpp"
+#include "host/match/expected_views.hpp"
 #include "host/match/prediction.hpp"
 #include "host/resolve/disc_fit.hpp"
 #include "host/resolve/whole_disc.hpp"
@@ -18,11 +19,13 @@ namespace glint {
 /// Needs the markers' radius. Keeps its memory.
 class PixelLook {
  public:
-  /// All borrowed for the life of this; the table is changed by look().
-  PixelLook(std::span<const Camera> cameras, const MatchOptions& options, BlobTable& table);
+  /// All borrowed for the life of this; the table is changed by look(), before which `expected` is filled
+  /// with the same predictions.
+  PixelLook(std::span<const Camera> cameras, const MatchOptions& options, BlobTable& table,
+            const ExpectedViews& expected);
 
-  /// Blobs in which tracks expect several markers, and those that do not look like the one that is expected,
-  /// are replaced by discs fitted to their pixels.
+  /// Blobs in which tracks expect several markers, those that do not look like the one that is expected, and
+  /// those that nobody expects and that look like two are replaced by discs fitted to their pixels.
   void look(std::span<const std::span<const shaders::BlobRecord>> records,
             std::span<const gpu::ImageView> images, std::span<const Prediction> predictions,
             MatchCounters& counters);
@@ -37,22 +40,28 @@ class PixelLook {
   };
   void collect(std::uint32_t camera, std::span<const shaders::BlobRecord> records,
                std::span<const Prediction> predictions);
-  bool needs_look(const shaders::BlobRecord& record, std::span<const Wish> wishes);
+  bool needs_look(std::uint32_t camera, const shaders::BlobRecord& record, std::span<const Wish> wishes);
+  void learn_noise(std::uint32_t camera, double chi2_per_dof) noexcept;
   void resolve(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
                std::span<const Wish> wishes, MatchCounters& counters);
   bool fit_stranger(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
                     std::uint32_t blob, const ExpectedDisc& expected);
+  bool fit_strangers(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
+                     std::uint32_t blob);
   bool fit(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
            std::uint32_t blob, std::span<const ExpectedDisc> discs);
 
   std::span<const Camera> cameras_;
   const MatchOptions& options_;
   BlobTable& table_;
+  const ExpectedViews& expected_;
   DiscFit fit_;
   WholeDiscTest whole_;
+  std::vector<double> noise_excess_;  // by camera: see learn_noise()
   std::vector<Wish> wishes_;
   std::vector<Look> needed_, welcome_;
-  std::size_t turn_ = 0;  // who comes first of those that are welcome
+  std::vector<std::uint32_t> unexpected_;  // blobs that no track expects and that are too long for one marker
+  std::size_t turn_ = 0;                   // who comes first of those that are welcome
 };
 
 }  // namespace glint

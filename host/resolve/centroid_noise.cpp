@@ -23,9 +23,8 @@ Eigen::Matrix2d centroid_covariance_px2(const shaders::BlobRecord& blob, const P
   const double cut_share = above_dark / (above_dark + peak_grey);
 
   // The lower the limit, the farther out on the blurred edge it lies.
-  const double blur_px = std::sqrt(noise.psf_sigma_px * noise.psf_sigma_px + 1.0 / 12.0);
   const double outside_px =
-      cut_share > 0.0 ? 0.68 * blur_px * std::max(0.0, std::log(0.45 / cut_share)) : 0.0;
+      cut_share > 0.0 ? 0.68 * noise.blur_px() * std::max(0.0, std::log(0.45 / cut_share)) : 0.0;
   const double radius_px = std::max(0.5, std::sqrt(area / std::numbers::pi) - outside_px);
   double floor_px = (kEdge_px2 * cut_share + kLeastEdge_px2) / radius_px;
   if (area < kFewPixels) floor_px = std::hypot(floor_px, kGrid_px / area);

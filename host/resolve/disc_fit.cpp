@@ -28,7 +28,7 @@ constexpr double kTrustedChi2 = 0.847;
 // Of what is half hidden some is never noticed and pulls at the disc: measured over discs hidden to 10-60 %.
 constexpr double kHiddenShare = 0.02, kHiddenVariance = 4.0;
 constexpr double kCentresKnown_px = 0.15;
-constexpr double kErrorForgotten_px = 0.03;  // adds nothing to the noise of an edge any more
+constexpr double kErrorForgotten_px = 0.003;  // adds nothing to the noise of an edge any more
 constexpr double kSmallStep_px = 0.02, kLargestStep_px = 1.0;
 constexpr unsigned kMaxSteps = 25;
 constexpr std::uint8_t kClipped = 255;
@@ -186,7 +186,7 @@ bool finish(std::span<FittedDisc> fitted, const NormalEquations& equations, cons
 DiscFit::DiscFit(const PixelNoise& noise) : noise_(noise), profiles_(noise.psf_sigma_px) {}
 
 bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<const ExpectedDisc> expected,
-                  std::span<FittedDisc> fitted, FitQuality& quality) noexcept {
+                  std::span<FittedDisc> fitted, FitQuality& quality, double noise_excess) noexcept {
   GLINT_CHECK(expected.size() <= kMaxDiscs && fitted.size() == expected.size());
   quality = {};
   const Pixels pixels = pixels_of(image, box);
@@ -225,8 +225,8 @@ bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<co
     for (std::size_t i = 0; i < count; ++i) model.set(i, discs[i].centre_px, discs[i].grey);
     equations.clear();
     // Half of the squared error belongs to each direction.
-    const Tolerance tolerance{static_cast<float>(noise_.variance_grey2(0.0)),
-                              static_cast<float>(noise_.grey_variance_per_grey),
+    const Tolerance tolerance{static_cast<float>(noise_excess * noise_.variance_grey2(0.0)),
+                              static_cast<float>(noise_excess * noise_.grey_variance_per_grey),
                               static_cast<float>(0.5 * position_error * position_error),
                               kModelError * kModelError + static_cast<float>(grey_error * grey_error),
                               position_error > kCentresKnown_px};
@@ -257,7 +257,7 @@ bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<co
           background, static_cast<double>(sums.chi2) / (kTrustedChi2 * dof),
           sums.expected_light > 0.0f ? static_cast<double>(sums.seen_light / sums.expected_light) : 0.0,
           step};
-      const bool good = finish(discs, equations, model, quality, noise_.variance_grey2(0.0));
+      const bool good = finish(discs, equations, model, quality, noise_excess * noise_.variance_grey2(0.0));
       for (std::size_t i = 0; i < count; ++i) fitted[order[i]] = discs[i];
       return good;
     }

@@ -58,9 +58,10 @@ class DiscFit {
   /// The expected centres are where the fit starts and nothing else: the result does not lean towards them.
   /// A known brightness counts as one more measurement. fitted[i] is expected[i]; both have at most
   /// kMaxDiscs. False: no convergence, or discs that these pixels cannot tell apart or do not show; `fitted`
-  /// is then not to be used. The box may reach beyond the image.
+  /// is then not to be used. The box may reach beyond the image. `noise_excess`: variance of this camera's
+  /// pixels over what PixelNoise says, of compressed frames, say.
   bool fit(const gpu::ImageView& image, const PixelBox& box, std::span<const ExpectedDisc> expected,
-           std::span<FittedDisc> fitted, FitQuality& quality) noexcept;
+           std::span<FittedDisc> fitted, FitQuality& quality, double noise_excess = 1.0) noexcept;
 
  private:
   PixelNoise noise_;

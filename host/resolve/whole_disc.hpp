@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include "host/resolve/cut_disc.hpp"
 #include "host/resolve/disc_fit.hpp"
 #include "shaders/interface/blob_record.h"
 
@@ -27,11 +28,18 @@ class WholeDiscTest {
   /// Fewer than 1 in 1000 whole, unclipped markers are refused (decision 0021). A blob that touches the
   /// border of the image, or is clipped, is never taken for whole: its centroid does not say where the marker
   /// is as well as its pixels do.
-  bool may_be_whole(const shaders::BlobRecord& blob, const ExpectedDisc& expected) const noexcept;
+  /// `noise_excess` as in DiscFit::fit().
+  bool may_be_whole(const shaders::BlobRecord& blob, const ExpectedDisc& expected,
+                    double noise_excess = 1.0) const noexcept;
+
+  /// Radius of the round disc that would have this second moment, along each axis, above the limit.
+  double radius_px(const shaders::BlobRecord& blob, double second_moment_px2) const noexcept;
 
  private:
+  double grey_of(const shaders::BlobRecord& blob, double radius_px) const noexcept;
   PixelNoise noise_;
-  DiscProfiles profiles_;
+  double sigma_px_;
+  CutDiscs cut_discs_;
 };
 
 }  // namespace glint

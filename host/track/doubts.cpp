@@ -9,7 +9,7 @@ namespace {
 
 // A story that is 150 times likelier than the other is not in doubt; one that was in doubt is settled at
 // 1,000 times.
-constexpr double kDoubtLog = 5.0, kSettledLog = 6.9;
+constexpr double kDoubtLog = 9.2, kSettledLog = 11.5;
 constexpr unsigned kPatience = 20;  // exposures; by then both stories' filters have forgotten how it began
 constexpr std::size_t kReserved = 64;
 

@@ -255,10 +255,11 @@ void Tracker::Impl::question_identities(std::span<const Point> points, TrackCoun
   const auto at = [this](std::uint32_t k) -> const Eigen::Vector3d& { return tracks[k].motion.position(); };
   std::sort(tracks_by_x.begin(), tracks_by_x.end(),
             [&](std::uint32_t a, std::uint32_t b) { return at(a).x() < at(b).x(); });
-  const auto reach_of = [](const Track& track) {
+  const auto reach_of = [points](const Track& track) {
+    const bool claimed = track.point != kNoPoint && points[track.point].predicted_by != TrackId{};
     return std::min(kQuestionReach_m,
                     kQuestionSigmas * std::sqrt(track.motion.position_covariance().trace()) +
-                        (track.point == kNoPoint ? track.motion.impact_reach_m() : 0.0));
+                        (claimed ? 0.0 : track.motion.impact_reach_m()));
   };
   for (std::size_t i = 0; i < tracks_by_x.size(); ++i) {
     const Track& a = tracks[tracks_by_x[i]];

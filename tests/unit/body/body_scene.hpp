@@ -9,7 +9,7 @@
 
 #include "host/body/body_finder.hpp"
 #include "host/body/body_model.hpp"
-#include "host/body/rotation.hpp"
+#include "host/geometry/rotation.hpp"
 #include "host/geometry/triangulate.hpp"
 #include "tests/unit/match/scene.hpp"
 
