@@ -50,6 +50,8 @@ std::unique_ptr<TickInput> open_scene(const Scene& scene, std::uint64_t ticks) {
   // Of the empty room: a marker that rests while the background is learnt becomes a part of it.
   SimOptions empty = scene.options();
   empty.motion = SimMotion::Thrown;
+  empty.wand_m.clear();
+  empty.person = false;
   empty.markers = 0;
   const Scene room(empty);
   SimSource lesson(room, {false, 0});

@@ -9,6 +9,7 @@
 
 #include <Eigen/LU>
 
+#include "host/geometry/spread.hpp"
 #include "host/match/limits.hpp"
 #include "host/match/odd_sizes.hpp"
 
@@ -24,6 +25,7 @@ constexpr double kAround_px = 40.0, kOthersShare = 0.3;
 constexpr std::size_t kBeam = 8;  // choices of one track that are followed at a time
 constexpr double kCertainChi2 =
     9.2;  // a lone, uncontested blob this near (99 %) leaves no reason to try without it
+constexpr double kSharp_px = 2.0;  // one standard deviation: hardly any other marker shows there
 constexpr std::size_t kTracksReserved = 512;
 
 double log_2pi() noexcept { return std::log(2.0 * std::numbers::pi); }
@@ -64,8 +66,10 @@ Observation Claims::observation(const Prediction& prediction, std::uint32_t blob
 }
 
 void Claims::find(std::span<const Prediction> predictions, std::span<const std::uint8_t> settled,
-                  bool single_view) {
+                  ClaimViews views) {
+  const bool single_view = views != ClaimViews::Several;
   least_views_ = single_view ? 1 : 2;
+  sharp_only_ = views == ClaimViews::SharpSingle;
   claims_.clear();
   sights_.clear();
   candidates_.clear();
@@ -97,12 +101,14 @@ bool Claims::collect(std::uint32_t number, const Prediction& prediction) {
   for (std::uint32_t camera = 0; camera < cameras_.size(); ++camera) {
     const ExpectedView& expected = expected_.of(number, camera);
     if (!expected.in_front || table_.grid(camera).empty()) continue;
+    if (sharp_only_ && !(largest_variance(expected.spread_px2) < kSharp_px * kSharp_px)) continue;
     Sight sight{camera, &expected};
-    const double radius = expected.reach_px(table_.gate_px(camera), kJoinChi2);
+    const double limit_chi2 = sharp_only_ ? kCertainChi2 : kJoinChi2;
+    const double radius = expected.reach_px(table_.gate_px(camera), limit_chi2);
     sight.first = static_cast<std::uint32_t>(candidates_.size());
     table_.near(camera, expected.pixel, radius, [&](std::uint32_t blob) {
       const Eigen::Vector2d off = table_[blob].pixel - expected.pixel;
-      if (off.dot(expected.with(table_[blob]).inverse() * off) <= kJoinChi2) candidates_.push_back(blob);
+      if (off.dot(expected.with(table_[blob]).inverse() * off) <= limit_chi2) candidates_.push_back(blob);
     });
     sight.count = static_cast<std::uint32_t>(candidates_.size()) - sight.first;
     if (sight.count == 0) continue;

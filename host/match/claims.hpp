@@ -22,6 +22,13 @@ struct Claim {
   double score = 0.0;  ///< log-likelihood ratio against "no camera saw the marker, and the blobs are clutter"
 };
 
+/// What a claim must rest on.
+enum class ClaimViews : std::uint8_t {
+  Several,      ///< two cameras or more
+  SharpSingle,  ///< one will do that shows a blob just where the prediction leaves no choice
+  Single,       ///< one will do
+};
+
 /// Starts from the prediction, not from pairs of blobs, so that the cost is linear in tracks and cameras
 /// while gates hold few blobs. Keeps its memory.
 class Claims {
@@ -31,9 +38,10 @@ class Claims {
          const ExpectedViews& expected);
 
   /// Replaces what was found before; `expected` has been filled with the same predictions. `settled` (by
-  /// prediction, not 0): has its blobs already, and is left out. With single_view a claim may rest on one
-  /// camera, where the prediction allows that.
-  void find(std::span<const Prediction> predictions, std::span<const std::uint8_t> settled, bool single_view);
+  /// prediction, not 0): has its blobs already, and is left out. One view
+  /// will do only where the prediction allows that.
+  void find(std::span<const Prediction> predictions, std::span<const std::uint8_t> settled,
+            ClaimViews views);
 
   std::span<const Claim> all() const noexcept { return claims_; }
   /// What the claim's views look like with the track's bias taken off.
@@ -73,6 +81,7 @@ class Claims {
   const BlobTable& table_;
   const ExpectedViews& expected_;
   std::uint32_t least_views_ = 2;
+  bool sharp_only_ = false;
   std::vector<double> log_clutter_;
   std::vector<Sight> sights_;
   std::vector<std::uint32_t> candidates_;

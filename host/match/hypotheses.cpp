@@ -16,6 +16,9 @@ namespace glint {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
+// Two views that no third could confirm: so much likelier than a meeting by chance.
+constexpr double kCertainLog = 6.9;
+constexpr double kTellsSize_px = 1.1;  // a blob of four pixels
 constexpr double kNearlyLog = 10.0, kAnyScore = -1e300;
 constexpr std::uint32_t kContestedOneByOne = 4;
 constexpr double kEdgeMargin_px = 1.0;  // nearer to the border a marker may well be missed
@@ -151,6 +154,10 @@ bool Hypotheses::evaluate(BlobTuple& tuple, Hypothesis& h) const noexcept {
     if (range < options_.min_range_m || range > options_.max_range_m) return false;
   }
   h.doubtful = good < 2;
+  h.complete = good == tuple.count &&
+               std::all_of(tuple.span().begin(), tuple.span().end(), [this](std::uint32_t blob) {
+                 return table_[blob].radius_px > kTellsSize_px;
+               });
   const std::span<const Observation> used(views.data(), tuple.count);
   h.score = score_of(tuple, used, h);
   return std::isfinite(h.score);
@@ -161,7 +168,7 @@ bool Hypotheses::evaluate(BlobTuple& tuple, Hypothesis& h) const noexcept {
 // marker and does not costs log(1 - P_D), and the position is integrated over its prior: as many markers as a
 // camera has blobs, uniformly in the volume.
 double Hypotheses::score_of(const BlobTuple& tuple, std::span<const Observation> views,
-                            const Hypothesis& h) const noexcept {
+                            Hypothesis& h) const noexcept {
   double score = -0.5 * h.point.chi2;
   std::uint32_t seen_by = 0;
   for (std::size_t k = 0; k < views.size(); ++k) {
@@ -172,8 +179,10 @@ double Hypotheses::score_of(const BlobTuple& tuple, std::span<const Observation>
   }
   for (std::size_t camera = 0; camera < cameras_.size(); ++camera)
     if ((seen_by >> camera & 1u) == 0 && sees(cameras_[camera], h.point.position_in_world, kEdgeMargin_px,
-                                              options_.min_range_m, options_.max_range_m))
+                                              options_.min_range_m, options_.max_range_m)) {
       score += std::log(1.0 - kDetected);
+      h.complete = false;
+    }
   score += 0.5 * std::log(h.point.covariance_m2.determinant());
   return score + 1.5 * log_2pi() + log_density_;
 }
@@ -200,10 +209,12 @@ bool Hypotheses::shared_by_others(std::uint32_t blob, std::size_t hypothesis,
   return false;
 }
 
-bool Hypotheses::contested(std::size_t hypothesis) const noexcept {
-  const auto blobs = blobs_of(hypotheses_[hypothesis]);
-  const double nearly = hypotheses_[hypothesis].score - kNearlyLog;
-  return std::any_of(blobs.begin(), blobs.end(),
+bool Hypotheses::certain(std::size_t hypothesis) const noexcept {
+  const Hypothesis& h = hypotheses_[hypothesis];
+  if (h.count < 3 && !(h.complete && h.score > kCertainLog)) return false;
+  const auto blobs = blobs_of(h);
+  const double nearly = h.score - kNearlyLog;
+  return std::none_of(blobs.begin(), blobs.end(),
                      [&](std::uint32_t blob) { return shared_by_others(blob, hypothesis, nearly); });
 }
 

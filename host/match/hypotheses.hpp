@@ -20,6 +20,7 @@ struct Hypothesis {
   double score = 0.0;  ///< log-likelihood ratio: one marker against that many blobs of clutter
   std::uint32_t first = 0, count = 0;
   bool doubtful = false;  ///< at most one of its blobs looks like one whole marker
+  bool complete = false;  ///< all of them do, and no other camera should see it
 };
 
 class Hypotheses {
@@ -39,8 +40,8 @@ class Hypotheses {
 
   std::size_t size() const noexcept { return hypotheses_.size(); }
   const Hypothesis& operator[](std::size_t k) const noexcept { return hypotheses_[k]; }
-  /// Another marker's hypothesis wants one of its blobs and is nearly as likely.
-  bool contested(std::size_t hypothesis) const noexcept;
+  /// See Point::certain.
+  bool certain(std::size_t hypothesis) const noexcept;
   std::span<const std::uint32_t> blobs_of(const Hypothesis& h) const noexcept {
     return {members_.data() + h.first, h.count};
   }
@@ -64,7 +65,7 @@ class Hypotheses {
   bool fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
            Triangulated& point) const noexcept;
   double score_of(const BlobTuple& tuple, std::span<const Observation> views,
-                  const Hypothesis& h) const noexcept;
+                  Hypothesis& h) const noexcept;
   bool shared_by_others(std::uint32_t blob, std::size_t hypothesis, double least_score) const noexcept;
 
   std::span<const Camera> cameras_;

@@ -70,7 +70,7 @@ struct Matcher::Impl {
         pixels(cameras, options, table, expected) {}
 
   void meet_plane();
-  void match_claims(bool single_view);
+  void match_claims(ClaimViews views);
   void match_all_pairs(unsigned min_views);
   bool collect_all_pairs(unsigned min_views, std::size_t limit);
   void suspect_what_points_explain();
@@ -124,13 +124,15 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
     m.meet_plane();
   } else {
     m.settled.assign(predictions.size(), 0);
-    m.match_claims(false);
+    m.match_claims(ClaimViews::Several);
     m.match_all_pairs(std::max(3u, m.options.min_cameras));
+    // Of two cameras every new point has all views that it can have.
+    if (m.cameras.size() > 2) m.match_claims(ClaimViews::SharpSingle);
     if (m.options.min_cameras == 2) {
       m.suspect_what_points_explain();
       m.match_all_pairs(2);
     }
-    m.match_claims(true);
+    m.match_claims(ClaimViews::Single);
   }
 
   std::uint64_t used = 0;
@@ -165,9 +167,9 @@ void Matcher::Impl::meet_plane() {
 // Tracks have the first choice, and with one camera alone the last: what looks like a lone blob of a lost
 // track may be part of the point at which it came back. Each blob and each track is used once; all choices
 // are weighed together.
-void Matcher::Impl::match_claims(bool single_view) {
+void Matcher::Impl::match_claims(ClaimViews views) {
   if (predictions.empty()) return;
-  claims.find(predictions, settled, single_view);
+  claims.find(predictions, settled, views);
   const std::span<const Claim> all = claims.all();
   packing.reset(table.size() + predictions.size());
   for (const Claim& claim : all) {
@@ -247,7 +249,7 @@ void Matcher::Impl::select(double bonus) {
   packing.solve(chosen, packed);
   std::sort(chosen.begin(), chosen.end());
   for (const std::uint32_t k : chosen)
-    accept(hypotheses.blobs_of(hypotheses[k]), hypotheses[k].point).contested = hypotheses.contested(k);
+    accept(hypotheses.blobs_of(hypotheses[k]), hypotheses[k].point).certain = hypotheses.certain(k);
   counters->hypotheses += hypotheses.size();
   counters->hypotheses_cut += hypotheses.cut();
   counters->held_back += hypotheses.held_back();

@@ -51,7 +51,9 @@ struct Point {
   double rms_px = 0.0;                                     ///< reprojection error over the views used
   std::uint32_t views = 0;                                 ///< cameras used
   std::array<std::int32_t, kMatchCameras> blob_of_camera;  ///< index into that camera's blobs; -1: not used
-  bool contested = false;  ///< not claimed by a track, and another reading of its blobs is nearly as likely
+  /// New, and a marker beyond doubt: no other reading of its blobs is nearly as likely, and there are three views,
+  /// or two good ones that meet as chance hardly ever lets them, of a place that no other camera sees.
+  bool certain = false;
   TrackId predicted_by{};  ///< track whose prediction claimed the blobs; 0: none
   /// What the views alone say near `position_in_world`: minus half the second derivative of their
   /// log-likelihood, and its first, which is 0 where they alone decide. One view fixes two directions of

@@ -9,9 +9,9 @@ namespace {
 
 // A story that is 150 times likelier than the other is not in doubt; one that was in doubt is settled at
 // 1,000 times.
-constexpr double kDoubtLog = 9.2, kSettledLog = 11.5;
+constexpr double kDoubtLog = 9.2, kSettledLog = 11.5, kSwappedLog = 23.0;
 constexpr unsigned kPatience = 20;  // exposures; by then both stories' filters have forgotten how it began
-constexpr std::size_t kReserved = 64;
+constexpr std::size_t kMostPairs = 256;
 
 double likelihood(const Motion& motion, const PositionEvidence* evidence) noexcept {
   return evidence == nullptr ? 0.0 : motion.log_likelihood(*evidence);
@@ -20,8 +20,8 @@ double likelihood(const Motion& motion, const PositionEvidence* evidence) noexce
 }  // namespace
 
 Doubts::Doubts() {
-  pairs_.reserve(kReserved);
-  verdicts_.reserve(kReserved);
+  pairs_.reserve(kMostPairs);
+  verdicts_.reserve(kMostPairs);
 }
 
 void Doubts::advance(double seconds, double acceleration_sd_m_s2) noexcept {
@@ -33,11 +33,17 @@ void Doubts::advance(double seconds, double acceleration_sd_m_s2) noexcept {
 
 bool Doubts::consider(const Seen& a, const Seen& b) noexcept {
   if (a.evidence == nullptr && b.evidence == nullptr) return false;
-  if (pairs_.size() >= kReserved || other_of(a.id) != TrackId{} || other_of(b.id) != TrackId{}) return false;
+  if (pairs_.size() >= kMostPairs) return false;
+  if (std::any_of(pairs_.begin(), pairs_.end(), [&](const Pair& pair) {
+        return (pair.a == a.id && pair.b == b.id) || (pair.a == b.id && pair.b == a.id);
+      }))
+    return false;
   // One whose last doubt ends with this exposure may get another id or another motion by that.
   const auto judged = [this](TrackId id) {
     return std::any_of(verdicts_.begin(), verdicts_.end(),
-                       [id](const Verdict& v) { return v.a == id || v.b == id; });
+                       [id](const Verdict& v) {
+                         return (v.a == id || v.b == id) && (v.swapped || !v.decided);
+                       });
   };
   if (judged(a.id) || judged(b.id)) return false;
   const double ratio = likelihood(*a.motion, a.evidence) + likelihood(*b.motion, b.evidence) -
@@ -53,10 +59,39 @@ bool Doubts::weigh_pair(Pair& pair, const Seen& a, const Seen& b) noexcept {
   pair.log_ratio += likelihood(*a.motion, a.evidence) + likelihood(*b.motion, b.evidence);
   if (b.evidence != nullptr) pair.log_ratio -= pair.a_swapped.correct(*b.evidence);
   if (a.evidence != nullptr) pair.log_ratio -= pair.b_swapped.correct(*a.evidence);
-  const bool decided = std::abs(pair.log_ratio) > kSettledLog;
+  const bool decided = pair.log_ratio > kSettledLog || pair.log_ratio < -kSwappedLog;
   if (!decided && ++pair.exposures < kPatience) return true;
   verdicts_.push_back({pair.a, pair.b, pair.log_ratio < 0.0, decided, pair.a_swapped, pair.b_swapped});
   return false;
+}
+
+// Whoever else was in doubt with one of two that had changed places was compared with the wrong one.
+void Doubts::settle() {
+  const auto changed_places = [this](const Pair& pair) {
+    return std::any_of(verdicts_.begin(), verdicts_.end(), [&pair](const Verdict& v) {
+      return v.decided && v.swapped && (v.a == pair.a || v.b == pair.a || v.a == pair.b || v.b == pair.b);
+    });
+  };
+  // Of verdicts that contradict each other none counts.
+  for (std::size_t k = 0; k < verdicts_.size(); ++k) {
+    Verdict& v = verdicts_[k];
+    for (std::size_t other = 0; other < verdicts_.size() && v.swapped; ++other) {
+      const Verdict& o = verdicts_[other];
+      if (other != k && o.swapped && (o.a == v.a || o.b == v.a || o.a == v.b || o.b == v.b))
+        v.decided = verdicts_[other].decided = false;
+    }
+  }
+  const auto kept = std::stable_partition(pairs_.begin(), pairs_.end(),
+                                          [&](const Pair& pair) { return !changed_places(pair); });
+  for (auto pair = kept; pair != pairs_.end(); ++pair) abandon(*pair);
+  pairs_.erase(kept, pairs_.end());
+}
+
+void Doubts::rename(TrackId from, TrackId to) noexcept {
+  for (Pair& pair : pairs_) {
+    if (pair.a == from) pair.a = to;
+    if (pair.b == from) pair.b = to;
+  }
 }
 
 bool Doubts::abandon(const Pair& pair) {

@@ -26,7 +26,8 @@ struct IdentityEvent {
 };
 
 /// Follows both stories of each pair, "each went its way" and "they changed places", by motion models of
-/// their own, until one is far likelier. Thread-bound; no allocation while there are fewer than 64 pairs.
+/// their own, until one is far likelier. Thread-bound; a track may be in doubt with
+/// several others. No allocation; at most 256 pairs.
 class Doubts {
  public:
   struct Seen {
@@ -58,7 +59,10 @@ class Doubts {
       ++kept;
     }
     pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(kept), pairs_.end());
+    settle();
   }
+  /// A track goes on under another id.
+  void rename(TrackId from, TrackId to) noexcept;
   /// Of the last weigh().
   std::span<const Verdict> verdicts() const noexcept { return verdicts_; }
   /// The track that it may have changed places with; 0: none.
@@ -73,6 +77,7 @@ class Doubts {
   };
   bool weigh_pair(Pair& pair, const Seen& a, const Seen& b) noexcept;  // whether it goes on
   bool abandon(const Pair& pair);
+  void settle();
 
   std::vector<Pair> pairs_;
   std::vector<Verdict> verdicts_;

@@ -27,6 +27,8 @@ constexpr double kStandStill_m = 0.01;  // how far measurements of a marker at r
 // How far a marker travels until the calibration's error there has little to do with that where it was: lens
 // models err over a good part of the image, poses over the whole room.
 constexpr double kBiasLength_m = 2.0;
+constexpr double kUnknownShare = 0.05;  // of the calibration's variance: a bias worse known than this is asked for
+constexpr double kNeighbour_m = 0.3;
 constexpr double kLost_m = 0.1;  // a position known no better is no position
 constexpr unsigned kSettledFrames =
     4;  // measured so often, a track is known well enough to live on one camera
@@ -34,7 +36,7 @@ constexpr unsigned kSettledFrames =
 // marker.
 constexpr double kSameChi2 = 16.0;
 
-constexpr std::size_t kTracksReserved = 512, kEventsReserved = 128;
+constexpr std::size_t kTracksReserved = 512, kEventsReserved = 1024;
 
 struct Track {
   TrackId id;
@@ -56,12 +58,6 @@ constexpr double kFloor_m2 = kMeasurementFloor_m * kMeasurementFloor_m;
 
 Eigen::Matrix3d measurement_covariance(const Point& point) noexcept {
   return point.covariance_m2 + kFloor_m2 * Eigen::Matrix3d::Identity();
-}
-
-// Three views agree by chance far more rarely than two, unless markers are so near to each other that blobs
-// could be shared out in another way.
-bool is_sure(const Point& point) noexcept {
-  return point.views >= 3 && !point.contested && point.predicted_by == TrackId{};
 }
 
 // With the floor: (L^-1 + f I)^-1 = (I + f L)^-1 L, which also holds where one view leaves a direction open.
@@ -90,11 +86,13 @@ struct Tracker::Impl {
   void assign_by_likelihood(std::span<const Point> points);
   void correct(Track& track, std::span<const Point> points);
   void learn_bias(Track& track, const Point& point) const;
+  void ask_neighbours(Track& track);
   void start(const Point& point, std::uint32_t number);
   bool is_second_look(const Point& point) const;
   Doubts::Seen seen(const Track& track) const noexcept;
   Track* find(TrackId id) noexcept;
   void question_identities(std::span<const Point> points, TrackCounters& counters);
+  TrackId new_id_of(TrackId old_id) noexcept;
   void answer_questions(TrackCounters& counters);
   void publish(const Track& track, std::span<const Point> points, std::vector<TrackedPoint>& tracked) const;
   void sort_points(std::span<const Point> points);
@@ -147,6 +145,7 @@ void Tracker::predict(Timestamp exposed, std::vector<Prediction>& predictions) {
       bias.px *= kept;
       bias.variance_px2 = kept * kept * bias.variance_px2 + (1.0 - kept * kept) * t.calibration_px2[camera];
     }
+    t.ask_neighbours(track);
     Prediction& p = predictions.emplace_back();
     p.track = track.id;
     p.position_in_world = track.motion.position();
@@ -251,7 +250,7 @@ void Tracker::Impl::question_identities(std::span<const Point> points, TrackCoun
   });
   tracks_by_x.clear();
   for (std::uint32_t k = 0; k < tracks.size(); ++k)
-    if (tracks[k].published && tracks[k].seen >= kSettledFrames) tracks_by_x.push_back(k);
+    if (tracks[k].published) tracks_by_x.push_back(k);
   const auto at = [this](std::uint32_t k) -> const Eigen::Vector3d& { return tracks[k].motion.position(); };
   std::sort(tracks_by_x.begin(), tracks_by_x.end(),
             [&](std::uint32_t a, std::uint32_t b) { return at(a).x() < at(b).x(); });
@@ -276,6 +275,16 @@ void Tracker::Impl::question_identities(std::span<const Point> points, TrackCoun
   }
 }
 
+// The same one where a track is in several pairs that end unresolved at once.
+TrackId Tracker::Impl::new_id_of(TrackId old_id) noexcept {
+  for (const IdentityEvent& event : events) {
+    if (event.kind != IdentityEvent::Kind::Unresolved) continue;
+    if (event.a == old_id && event.new_a != TrackId{}) return event.new_a;
+    if (event.b == old_id && event.new_b != TrackId{}) return event.new_b;
+  }
+  return TrackId{next_id++};
+}
+
 // After the correction, so that what is put in the place of a track knows of this exposure, too.
 void Tracker::Impl::answer_questions(TrackCounters& counters) {
   bool renamed = false;
@@ -284,8 +293,8 @@ void Tracker::Impl::answer_questions(TrackCounters& counters) {
     IdentityEvent event{IdentityEvent::Kind::Kept, verdict.a, verdict.b, {}, {}};
     if (!verdict.decided) {
       event.kind = IdentityEvent::Kind::Unresolved;
-      if (a != nullptr) event.new_a = TrackId{next_id++};
-      if (b != nullptr) event.new_b = TrackId{next_id++};
+      if (a != nullptr) event.new_a = new_id_of(verdict.a);
+      if (b != nullptr) event.new_b = new_id_of(verdict.b);
       ++counters.unresolved;
     } else if (verdict.swapped) {
       event.kind = IdentityEvent::Kind::Swapped;
@@ -304,7 +313,10 @@ void Tracker::Impl::answer_questions(TrackCounters& counters) {
   for (const IdentityEvent& event : events) {
     if (event.kind != IdentityEvent::Kind::Unresolved) continue;
     for (const auto& [old_id, new_id] : {std::pair(event.a, event.new_a), std::pair(event.b, event.new_b)})
-      if (Track* const track = find(old_id); track != nullptr) track->id = new_id;
+      if (Track* const track = find(old_id); track != nullptr) {
+        track->id = new_id;
+        doubts.rename(old_id, new_id);
+      }
     std::sort(tracks.begin(), tracks.end(),
               [](const Track& p, const Track& q) { return number(p.id) < number(q.id); });
   }
@@ -362,8 +374,9 @@ void Tracker::Impl::assign_by_likelihood(std::span<const Point> points) {
           if (track.motion.distance2(points[point].position_in_world, r) > kGateChi2 &&
               !(moved < impact_reach))
             return;
-          const double log_density = track.motion.log_density(points[point].position_in_world, r);
-          edges.push_back({row, point, std::max(1e-3, log_density - std::log(kNewPointDensity))});
+          const double weight =
+              track.motion.log_density(points[point].position_in_world, r) - std::log(kNewPointDensity);
+          if (weight > 0.0) edges.push_back({row, point, weight});
         });
   }
   assignment.solve(row_track.size(), points.size(), edges, column_of_row);
@@ -390,7 +403,7 @@ void Tracker::Impl::correct(Track& track, std::span<const Point> points) {
   track.since_measured_s = 0.0;
   track.age = 0;
   ++track.seen;
-  track.published = track.published || is_sure(point) || track.seen >= options.confirm_frames_two_views;
+  track.published = track.published || point.certain || track.seen >= options.confirm_frames_two_views;
 }
 
 // A scalar Kalman step per camera; the position's own uncertainty, about the blobs', counts as noise.
@@ -406,16 +419,34 @@ void Tracker::Impl::learn_bias(Track& track, const Point& point) const {
   }
 }
 
+// What a calibration errs by is nearly the same a hand's breadth away: a neighbour may know better.
+void Tracker::Impl::ask_neighbours(Track& track) {
+  for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera) {
+    ViewBias& own = track.bias[camera];
+    if (!(own.variance_px2 > kUnknownShare * calibration_px2[camera])) continue;
+    for (const Track& other : tracks) {
+      if (&other == &track || other.age > 0 || other.seen < kSettledFrames) continue;
+      const double away_m = (other.motion.position() - track.motion.position()).norm();
+      if (away_m > kNeighbour_m) continue;
+      const double kept = std::exp(-away_m / kBiasLength_m);
+      const double variance_px2 =
+          kept * kept * other.bias[camera].variance_px2 + (1.0 - kept * kept) * calibration_px2[camera];
+      if (variance_px2 < own.variance_px2) own = {kept * other.bias[camera].px, variance_px2};
+    }
+  }
+}
+
 void Tracker::Impl::start(const Point& point, std::uint32_t point_number) {
   Track& track = tracks.emplace_back(Track{TrackId{next_id++},
                                            Motion(point.position_in_world, measurement_covariance(point),
                                                   options.max_speed_m_s / 3.0, options.acceleration_sd_m_s2),
                                            point.position_in_world});
-  track.published = is_sure(point) || options.confirm_frames_two_views <= 1;
+  track.published = point.certain || options.confirm_frames_two_views <= 1;
   track.point = point_number;
   track.calibration_covariance_m2 = point.calibration_covariance_m2;
   for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera)
     track.bias[camera].variance_px2 = calibration_px2[camera];
+  ask_neighbours(track);
   learn_bias(track, point);
 }
 
