@@ -128,7 +128,7 @@ std::optional<Triangulated> refine_point(std::span<const Observation> views,
     const Eigen::Vector3d move = factor.solve(gradient);
     if (!move.allFinite()) return std::nullopt;
     // A step far below the standard deviation (its Mahalanobis length, squared) changes nothing that matters.
-    const bool done = move.dot(gradient) < 1e-12;
+    const bool done = move.dot(gradient) < 1e-8;
     if (done || step == kMaxSteps) {
       if (!done && move.dot(gradient) > 1e-4) return std::nullopt;
       result.position_in_world = x;

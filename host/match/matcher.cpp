@@ -24,6 +24,7 @@ namespace {
 // Tuples kept at most: 150 MB. Far fewer (so many per blob of the fullest camera, and some) mean that the
 // blobs are too dense for so few views to tell them apart; then more views are asked for first.
 constexpr std::size_t kMaxHypotheses = std::size_t{1} << 19;
+constexpr std::size_t kManyCameras = 8;
 constexpr std::size_t kAmbiguousPerBlob = 8, kAmbiguousBase = 4096;
 
 void check_plane(const Calibration& calibration, double height_m) {
@@ -89,6 +90,7 @@ struct Matcher::Impl {
   SetPacking::Counters packed;
   std::vector<std::uint32_t> chosen, elements;
   std::vector<std::uint8_t> settled;  // by prediction: has its blobs
+  bool skip_explained = false;
 
   std::span<const Prediction> predictions;
   std::vector<Point>* points = nullptr;
@@ -125,7 +127,11 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
   } else {
     m.settled.assign(predictions.size(), 0);
     m.match_claims(ClaimViews::Several);
+    // What claimed points explain does not start a search where many cameras are left to see a new marker alone.
+    m.skip_explained = m.cameras.size() > kManyCameras;
+    if (m.skip_explained) m.suspect_what_points_explain();
     m.match_all_pairs(std::max(3u, m.options.min_cameras));
+    m.skip_explained = false;
     // Of two cameras every new point has all views that it can have.
     if (m.cameras.size() > 2) m.match_claims(ClaimViews::SharpSingle);
     if (m.options.min_cameras == 2) {
@@ -207,9 +213,11 @@ bool Matcher::Impl::collect_all_pairs(unsigned min_views, std::size_t limit) {
   hypotheses.reset(min_views, limit);
   for (std::size_t a = 0; a < cameras.size(); ++a)
     for (std::uint32_t blob = table.begin_of(a); blob < table.end_of(a); ++blob) {
-      if (!table.free(blob)) continue;
+      if (!table.free(blob) || (skip_explained && table[blob].suspect)) continue;
       for (std::size_t b = a + 1; b < cameras.size(); ++b)
-        pairs.partners(blob, b, [&](const BlobPair& pair) { hypotheses.grow(pair); });
+        pairs.partners(blob, b, [&](const BlobPair& pair) {
+          if (!(skip_explained && table[pair.b].suspect)) hypotheses.grow(pair);
+        });
       if (hypotheses.full() && limit < kMaxHypotheses) return false;
     }
   return !hypotheses.full();

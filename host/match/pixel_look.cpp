@@ -21,6 +21,12 @@ constexpr double kWorstChi2 = 3.0;    // per pixel: more, and discs are not what
 constexpr double kSecondShare = 0.1;  // so much more light than expected may come from a second marker
 constexpr double kWorstSigma_px = 1.0;  // a disc that is placed no better is not placed
 constexpr double kNoiseStep = 1.02, kMostNoise = 1000.0;
+// A radius that is taken from the blob's width, by so much too large or small, moves overlapping discs apart or together
+// by as much.
+// Of more whole blobs than so many times those that there is time for, to place some a little better helps nobody.
+constexpr std::size_t kFewServed = 4;
+constexpr double kCentroid_px = 0.1;  // what centroids of whole blobs err by, and no prediction is better
+constexpr double kSizeUnknown = 0.06;
 constexpr double kLeastStranger_px = 1.0;  // a radius below it says too little of what touches
 constexpr std::size_t kReserved = 4096;
 
@@ -102,6 +108,7 @@ void PixelLook::look(std::span<const std::span<const shaders::BlobRecord>> recor
            ? counters.resolved
            : counters.unresolved);
   }
+  if (welcome_.size() > kFewServed * room) return table_.settle();
   for (std::size_t k = 0; k < welcome_.size() && room > 0; ++k) take(welcome_[(turn_ + k) % welcome_.size()]);
   turn_ += options_.most_looks;
   table_.settle();
@@ -127,6 +134,7 @@ void PixelLook::collect(std::uint32_t camera, std::span<const shaders::BlobRecor
                              options_.marker_radius_m, options_.exposure_s);
         if (!disc) return;
         disc->centre_px += expected.bias_px;
+        disc->centre_error_px = std::clamp(kSigmas * sigma_px, kCentroid_px, disc->centre_error_px);
       }
       const shaders::BlobRecord& r = records[table_[blob].record];
       const double x = disc->centre_px.x(), y = disc->centre_px.y();
@@ -156,27 +164,33 @@ void PixelLook::resolve(std::uint32_t camera, const shaders::BlobRecord& record,
   for (std::size_t k = 0; k < count; ++k) discs[k] = wishes[k].disc;
   const bool whole = table_[blob].radius_px == 0.0;
   bool found = false;
+  if (whole) {  // its centroid is the better start
+    discs[0].centre_px = {static_cast<double>(record.x_px), static_cast<double>(record.y_px)};
+    discs[0].centre_error_px = kCentroid_px;
+    discs[0].grey = whole_.grey(record, discs[0]);
+  }
   if (count == 1 && !whole && whole_.deviation(record, discs[0]).weight > kSecondShare)
-    found = fit_stranger(camera, record, image, blob, discs[0]);
+    found = fit_stranger(camera, record, image, blob, discs[0], 0.0);
   // Which of several a whole blob belongs to is not known here, and each has a size of its own.
   if (whole && count > 1) return;
-  if (!found) found = fit(camera, record, image, blob, {discs.data(), count});
+  if (!found) found = fit(camera, record, image, blob, {discs.data(), count}, 0.0);
   for (std::size_t k = 0; count > 1 && k < count && !found; ++k)
-    found = fit(camera, record, image, blob, {&discs[k], 1});
+    found = fit(camera, record, image, blob, {&discs[k], 1}, 0.0);
   if (!found && !whole) table_.doubt(blob);
   ++(found ? counters.resolved : counters.unresolved);
 }
 
 // A blob with one marker expected may show a second that no track knows of yet, or one that bounced into it.
 bool PixelLook::fit_stranger(std::uint32_t camera, const shaders::BlobRecord& record,
-                             const gpu::ImageView& image, std::uint32_t blob, const ExpectedDisc& expected) {
+                             const gpu::ImageView& image, std::uint32_t blob, const ExpectedDisc& expected,
+                             double size_sd_px) {
   std::array<ExpectedDisc, 2> discs{expected, expected};
   const LongAxis axis = long_axis(record);
   discs[0].centre_px = axis.centroid_px + axis.apart_px;
   discs[1].centre_px = axis.centroid_px - axis.apart_px;
-  if (fit(camera, record, image, blob, discs)) return true;
+  if (fit(camera, record, image, blob, discs, size_sd_px)) return true;
   std::swap(discs[0].centre_px, discs[1].centre_px);  // which is nearer, and hides the other, is not known
-  return fit(camera, record, image, blob, discs);
+  return fit(camera, record, image, blob, discs, size_sd_px);
 }
 
 // Nobody expects anything here, but no single marker is so long: two that touch, of a size that the blob's
@@ -190,7 +204,7 @@ bool PixelLook::fit_strangers(std::uint32_t camera, const shaders::BlobRecord& r
   for (const double size : kSizes) {
     ExpectedDisc disc;
     disc.shape_px2 = size * size * radius_px * radius_px * Eigen::Matrix2d::Identity();
-    if (fit_stranger(camera, record, image, blob, disc)) return true;
+    if (fit_stranger(camera, record, image, blob, disc, kSizeUnknown * radius_px)) return true;
   }
   return false;
 }
@@ -205,7 +219,7 @@ void PixelLook::learn_noise(std::uint32_t camera, double chi2_per_dof) noexcept 
 }
 
 bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
-                    std::uint32_t blob, std::span<const ExpectedDisc> discs) {
+                    std::uint32_t blob, std::span<const ExpectedDisc> discs, double size_sd_px) {
   const PixelBox box{
       static_cast<int>(record.x_min_px) - kWindow_px, static_cast<int>(record.y_min_px) - kWindow_px,
       static_cast<int>(record.x_max_px) + kWindow_px, static_cast<int>(record.y_max_px) + kWindow_px};
@@ -223,7 +237,8 @@ bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, con
     centres[k] = *centre;
   }
   for (std::size_t k = 0; k < discs.size(); ++k)
-    table_.resolve(blob, centres[k].normalized, centres[k].covariance_px2);
+    table_.resolve(blob, centres[k].normalized,
+                   centres[k].covariance_px2 + size_sd_px * size_sd_px * Eigen::Matrix2d::Identity());
   return true;
 }
 

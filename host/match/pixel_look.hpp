@@ -45,11 +45,11 @@ class PixelLook {
   void resolve(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
                std::span<const Wish> wishes, MatchCounters& counters);
   bool fit_stranger(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
-                    std::uint32_t blob, const ExpectedDisc& expected);
+                    std::uint32_t blob, const ExpectedDisc& expected, double size_sd_px);
   bool fit_strangers(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
                      std::uint32_t blob);
   bool fit(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
-           std::uint32_t blob, std::span<const ExpectedDisc> discs);
+           std::uint32_t blob, std::span<const ExpectedDisc> discs, double size_sd_px);
 
   std::span<const Camera> cameras_;
   const MatchOptions& options_;

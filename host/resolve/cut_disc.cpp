@@ -9,12 +9,12 @@
 namespace glint {
 namespace {
 
-constexpr double kRowStep = 0.25, kFirstRow = 0.25;  // radii in sigma; beyond the last all lengths grow alike
+constexpr double kRowStep = 0.25, kFirstRow = 0.25;  // radii in sigma
 constexpr std::size_t kRows = 120;
 
 /// Over rings out to where the profile falls below the limit.
 CutDisc cut(const DiscProfile& profile, double limit) noexcept {
-  constexpr int kRings = 96;
+  constexpr int kRings = 64;
   const double step = static_cast<double>(profile.reach_px()) / kRings;
   CutDisc sum;
   double inner = 0.0, second = 0.0;
@@ -53,18 +53,19 @@ CutDiscs::CutDiscs(const DiscProfiles& profiles) : sigma_px_(profiles.sigma_px()
 }
 
 CutDisc CutDiscs::of(double radius_px, double limit) const noexcept {
-  const double row = (radius_px / sigma_px_ - kFirstRow) / kRowStep, last = static_cast<double>(kRows - 1);
-  const double scale = row > last ? radius_px / (sigma_px_ * (kFirstRow + kRowStep * last)) : 1.0;
-  const double column = std::sqrt(std::clamp(limit, 0.0, 1.0)) * (kLimits - 1);
-  const auto n = static_cast<std::size_t>(std::clamp(row, 0.0, last - 1.0));
+  if (!(limit < 1.0 - std::exp(-0.5 * radius_px * radius_px / (sigma_px_ * sigma_px_)))) return {};
+  const double row = (radius_px / sigma_px_ - kFirstRow) / kRowStep;
+  const double column = std::sqrt(std::max(0.0, limit)) * (kLimits - 1);
+  const auto n = static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(kRows - 2)));
   const auto k = std::min(static_cast<std::size_t>(column), kLimits - 2);
-  const double down = std::clamp(row - static_cast<double>(n), 0.0, 1.0),
+  // Beyond the last row lengths go on growing as they did: the blurred rim keeps its width.
+  const double down = std::max(row - static_cast<double>(n), 0.0),
                right = column - static_cast<double>(k);
-  const auto length = [&](float Node::*which) {
+  const auto length = [&](float Node::* which) {
     const auto at = [&](std::size_t i, std::size_t j) { return static_cast<double>(rows_[i][j].*which); };
     const double above = at(n, k) + right * (at(n, k + 1) - at(n, k));
     const double below = at(n + 1, k) + right * (at(n + 1, k + 1) - at(n + 1, k));
-    return scale * (above + down * (below - above));
+    return above + down * (below - above);
   };
   const double area = length(&Node::area), light = length(&Node::light), moment = length(&Node::moment);
   return {area * area, light * light, moment * moment};

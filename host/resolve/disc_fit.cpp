@@ -20,15 +20,15 @@ constexpr float kModelError = 0.005f;
 // Standard deviations at which a pixel is no longer believed, and up to which more light than expected counts
 // in full while the centres are still unknown.
 constexpr float kGone_sd = 5.0f, kBright_sd = 3.0f;
-// What centres and brightnesses may be wrong by at the start: no pixel is judged by more than that. After
-// each step it is this share of how far the step went. A clipped disc's brightness is anybody's guess.
-constexpr double kStartError_px = 0.7, kStartGreyShare = 0.3, kClippedGreyShare = 1.0, kLeftAfterStep = 0.2;
+// What brightnesses may be wrong by at the start: no pixel is judged by more than that. After each step it and what
+// centres may be wrong by are this share of how far the step went. A clipped disc's brightness is anybody's guess.
+constexpr double kGuessedGreyShare = 0.05, kStartGreyShare = 0.3, kClippedGreyShare = 1.0, kLeftAfterStep = 0.2;
 // Mean of squared normal residuals weighted by that trust, over the mean trust.
 constexpr double kTrustedChi2 = 0.847;
 // Of what is half hidden some is never noticed and pulls at the disc: measured over discs hidden to 10-60 %.
 constexpr double kHiddenShare = 0.02, kHiddenVariance = 4.0;
 constexpr double kCentresKnown_px = 0.15;
-constexpr double kErrorForgotten_px = 0.003;  // adds nothing to the noise of an edge any more
+constexpr double kErrorForgotten_px = 0.03;  // adds nothing to the noise of an edge any more
 constexpr double kSmallStep_px = 0.02, kLargestStep_px = 1.0;
 constexpr unsigned kMaxSteps = 25;
 constexpr std::uint8_t kClipped = 255;
@@ -104,11 +104,13 @@ struct Sums {
   float chi2 = 0.0f, believed = 0.0f, expected_light = 0.0f, seen_light = 0.0f;
 };
 
+template <bool kOneDisc>
 void accumulate(const Pixels& pixels, PixelModel& model, float background, const Tolerance& tolerance,
                 NormalEquations& equations, HiddenPixels& hidden, Sums& sums) noexcept {
   constexpr float kGone = kGone_sd * kGone_sd;
   const float dark_weight = 1.0f / tolerance.dark_variance;
   PixelModel::Pixel pixel;
+  OneDiscSums one;
   for (int y = pixels.box.y_min_px; y <= pixels.box.y_max_px; ++y) {
     int first = 0, last = -1;
     model.begin_row(y, first, last);
@@ -116,7 +118,7 @@ void accumulate(const Pixels& pixels, PixelModel& model, float background, const
     float weights = 0.0f, weighted = 0.0f;
     for (int x = pixels.box.x_min_px; x <= pixels.box.x_max_px; ++x) {
       float value = row[x];
-      if (x < first || x > last || !model.at(x, y, pixel)) {
+      if (x < first || x > last || !(kOneDisc ? model.at_only_disc(x, y, pixel) : model.at(x, y, pixel))) {
         const float residual = value - background, squared = residual * residual * dark_weight;
         if (squared >= kGone) continue;
         const float trust = (1.0f - squared / kGone) * (1.0f - squared / kGone);
@@ -136,7 +138,7 @@ void accumulate(const Pixels& pixels, PixelModel& model, float background, const
       }
       const float residual = value - background - pixel.light;
       float gradient = 0.0f;
-      for (std::size_t n = 0; n < pixel.discs; ++n)
+      for (std::size_t n = 0; n < (kOneDisc ? 1 : pixel.discs); ++n)
         gradient += pixel.by_x[n] * pixel.by_x[n] + pixel.by_y[n] * pixel.by_y[n];
       const float variance = tolerance.dark_variance + tolerance.variance_per_grey * pixel.light +
                              tolerance.light_share_squared * pixel.light * pixel.light +
@@ -157,10 +159,15 @@ void accumulate(const Pixels& pixels, PixelModel& model, float background, const
       sums.chi2 += trust * squared;
       sums.believed += trust;
       sums.seen_light += pixel.light;
-      equations.add(pixel, residual, trust * inverse);
+      if constexpr (kOneDisc) {
+        one.add(pixel.by_x[0], pixel.by_y[0], pixel.by_grey[0], residual, trust * inverse);
+      } else {
+        equations.add(pixel, residual, trust * inverse);
+      }
     }
     equations.add_dark(weights, weighted);
   }
+  if constexpr (kOneDisc) equations.add(one);
 }
 
 /// Covariances, and whether the fit is one that may be believed.
@@ -210,17 +217,19 @@ bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<co
 
   PixelModel model(wanted, profiles_, overlap_);
   for (std::size_t i = 0; i < count; ++i) model.set(i, wanted[i].centre_px, 0.0);
-  double background = background_of(pixels, model), grey_error = kStartGreyShare;
+  double background = background_of(pixels, model), grey_error = kGuessedGreyShare;
   for (std::size_t i = 0; i < count; ++i) {
     discs[i].centre_px = wanted[i].centre_px;
     const double seen_grey = grey_near(pixels, wanted[i].centre_px, background);
     discs[i].grey = wanted[i].grey > 0.0 ? wanted[i].grey : seen_grey;
+    if (!(wanted[i].grey > 0.0)) grey_error = std::max(grey_error, kStartGreyShare);
     if (seen_grey + background >= kClipped) grey_error = kClippedGreyShare;
   }
 
   NormalEquations equations(count);
   HiddenPixels hidden(pixels.box);
-  double position_error = kStartError_px;
+  double position_error = 0.0;
+  for (const ExpectedDisc& disc : wanted) position_error = std::max(position_error, disc.centre_error_px);
   for (unsigned step = 1; step <= kMaxSteps; ++step) {
     for (std::size_t i = 0; i < count; ++i) model.set(i, discs[i].centre_px, discs[i].grey);
     equations.clear();
@@ -232,7 +241,8 @@ bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<co
                               position_error > kCentresKnown_px};
     hidden.next_step();
     Sums sums;
-    accumulate(pixels, model, static_cast<float>(background), tolerance, equations, hidden, sums);
+    (count == 1 ? accumulate<true> : accumulate<false>)(pixels, model, static_cast<float>(background), tolerance,
+                                                        equations, hidden, sums);
     for (std::size_t i = 0; i < count; ++i)
       if (wanted[i].grey > 0.0 && wanted[i].grey_sd > 0.0)
         equations.add_grey(i, wanted[i].grey - discs[i].grey, 1.0 / (wanted[i].grey_sd * wanted[i].grey_sd));

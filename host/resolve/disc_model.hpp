@@ -67,6 +67,7 @@ class PixelModel {
   PixelModel(std::span<const ExpectedDisc> expected, const DiscProfiles& profiles,
              const EdgeOverlap& overlap) noexcept;
 
+  std::size_t discs() const noexcept { return discs_; }
   void set(std::size_t disc, const Eigen::Vector2d& centre_px, double grey) noexcept {
     model_[disc].move_to(centre_px);
     grey_[disc] = static_cast<float>(grey);
@@ -75,10 +76,19 @@ class PixelModel {
 
   /// Must come before at() of that row. Pixels outside first..last see no disc.
   void begin_row(int y, int& first, int& last) noexcept;
+  /// The same as at() of a model with one disc, for less: only entry 0 of the arrays is set.
+  bool at_only_disc(int x, int y, Pixel& pixel) const noexcept {
+    const DiscModel::Seen seen = model_[0].at(x, y);
+    if (seen.share < kComplete) return false;
+    const float grey = grey_[0];
+    pixel.by_x[0] = grey * seen.by_x;
+    pixel.by_y[0] = grey * seen.by_y;
+    pixel.by_grey[0] = seen.share;
+    pixel.light = grey * seen.share;
+    return true;
+  }
   /// Whether it sees any disc; `pixel` is set only then.
   bool at(int x, int y, Pixel& pixel) const noexcept {
-    // Shares below this, or above 1 minus this, count as none or all.
-    constexpr float kComplete = 1e-3f;
     std::array<DiscModel::Seen, kMaxDiscs> seen;
     std::size_t n = 0;
     for (std::size_t i = 0; i < discs_; ++i) {
@@ -100,6 +110,8 @@ class PixelModel {
   }
 
  private:
+  // Shares below this, or above 1 minus this, count as none or all.
+  static constexpr float kComplete = 1e-3f;
   void hide(const std::array<DiscModel::Seen, kMaxDiscs>& seen, Pixel& pixel) const noexcept;
 
   std::size_t discs_;

@@ -11,6 +11,22 @@
 
 namespace glint {
 
+/// The same sums for one disc alone: few enough to stay in registers.
+struct OneDiscSums {
+  static constexpr std::size_t kRow = 4;  // x, y, grey, background
+  std::array<float, kRow * kRow> block{};
+  std::array<float, kRow> right{};
+
+  void add(float by_x, float by_y, float by_grey, float residual, float weight) noexcept {
+    const std::array<float, kRow> row{by_x, by_y, by_grey, 1.0f};
+    for (std::size_t a = 0; a < kRow; ++a) {
+      const float weighted = weight * row[a];
+      right[a] += weighted * residual;
+      for (std::size_t b = 0; b < kRow; ++b) block[a * kRow + b] += weighted * row[b];
+    }
+  }
+};
+
 class NormalEquations {
  public:
   explicit NormalEquations(std::size_t discs) noexcept : discs_(discs) {}
@@ -33,6 +49,10 @@ class NormalEquations {
         }
       }
     }
+  }
+  void add(const OneDiscSums& sums) noexcept {
+    for (std::size_t k = 0; k < sums.block.size(); ++k) block_[0][0][k] += sums.block[k];
+    for (std::size_t k = 0; k < sums.right.size(); ++k) right_[0][k] += sums.right[k];
   }
   /// Pixels that see no disc: sums of their weights and of weight times residual.
   void add_dark(float weight, float weighted_residual) noexcept {

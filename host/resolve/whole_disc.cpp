@@ -26,6 +26,10 @@ double WholeDiscTest::grey_of(const shaders::BlobRecord& blob, double radius_px)
   return (peak - many * std::sqrt(noise_.variance_grey2(peak))) / std::max(0.1, in_middle);
 }
 
+double WholeDiscTest::grey(const shaders::BlobRecord& blob, const ExpectedDisc& expected) const noexcept {
+  return grey_of(blob, std::sqrt(std::sqrt(std::max(0.0, expected.shape_px2.determinant()))));
+}
+
 double WholeDiscTest::radius_px(const shaders::BlobRecord& blob, double second_moment_px2) const noexcept {
   double low = 0.0, high = 4.0 * std::sqrt(std::max(0.0, second_moment_px2)) + 1.0;  // of a bare disc: 2
   for (int i = 0; i < 20; ++i) {

@@ -32,6 +32,8 @@ class WholeDiscTest {
   bool may_be_whole(const shaders::BlobRecord& blob, const ExpectedDisc& expected,
                     double noise_excess = 1.0) const noexcept;
 
+  /// Brightness of the expected disc, going by the blob's peak.
+  double grey(const shaders::BlobRecord& blob, const ExpectedDisc& expected) const noexcept;
   /// Radius of the round disc that would have this second moment, along each axis, above the limit.
   double radius_px(const shaders::BlobRecord& blob, double second_moment_px2) const noexcept;
 

@@ -19,6 +19,7 @@ Point point_at(const Eigen::Vector3d& position, unsigned views = 4) {
   point.position_in_world = position;
   point.covariance_m2 = 1e-9 * Eigen::Matrix3d::Identity();
   point.views = views;
+  point.certain = views >= 3;
   point.rms_px = 0.03;
   point.blob_of_camera.fill(-1);
   for (unsigned camera = 0; camera < views; ++camera) point.blob_of_camera[camera] = 0;
@@ -50,6 +51,15 @@ TEST_F(TrackerTest, ThreeViewsArePublishedAtOnce) {
   EXPECT_EQ(out[0].residual_px, 0.03);
   EXPECT_EQ(counters_.started, 1u);
   EXPECT_EQ(counters_.published, 1u);
+}
+
+TEST_F(TrackerTest, WhatTheMatcherIsCertainOfIsPublishedAtOnce) {
+  Point two = point_at({1, 2, 3}, 2), three = point_at({-1, 2, 3}, 3);
+  two.certain = true;
+  three.certain = false;
+  const auto& out = frame({two, three});
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].position_in_world.x(), 1.0);
 }
 
 TEST_F(TrackerTest, TwoViewsArePublishedWhenConfirmed) {
