@@ -40,8 +40,7 @@ class Claims {
   /// Replaces what was found before; `expected` has been filled with the same predictions. `settled` (by
   /// prediction, not 0): has its blobs already, and is left out. One view
   /// will do only where the prediction allows that.
-  void find(std::span<const Prediction> predictions, std::span<const std::uint8_t> settled,
-            ClaimViews views);
+  void find(std::span<const Prediction> predictions, std::span<const std::uint8_t> settled, ClaimViews views);
 
   std::span<const Claim> all() const noexcept { return claims_; }
   /// What the claim's views look like with the track's bias taken off.

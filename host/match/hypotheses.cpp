@@ -155,9 +155,8 @@ bool Hypotheses::evaluate(BlobTuple& tuple, Hypothesis& h) const noexcept {
   }
   h.doubtful = good < 2;
   h.complete = good == tuple.count &&
-               std::all_of(tuple.span().begin(), tuple.span().end(), [this](std::uint32_t blob) {
-                 return table_[blob].radius_px > kTellsSize_px;
-               });
+               std::all_of(tuple.span().begin(), tuple.span().end(),
+                           [this](std::uint32_t blob) { return table_[blob].radius_px > kTellsSize_px; });
   const std::span<const Observation> used(views.data(), tuple.count);
   h.score = score_of(tuple, used, h);
   return std::isfinite(h.score);
@@ -215,7 +214,7 @@ bool Hypotheses::certain(std::size_t hypothesis) const noexcept {
   const auto blobs = blobs_of(h);
   const double nearly = h.score - kNearlyLog;
   return std::none_of(blobs.begin(), blobs.end(),
-                     [&](std::uint32_t blob) { return shared_by_others(blob, hypothesis, nearly); });
+                      [&](std::uint32_t blob) { return shared_by_others(blob, hypothesis, nearly); });
 }
 
 void Hypotheses::split_contested() {

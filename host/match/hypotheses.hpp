@@ -64,8 +64,7 @@ class Hypotheses {
   bool evaluate(BlobTuple& tuple, Hypothesis& h) const noexcept;
   bool fit(BlobTuple& tuple, std::array<Observation, kMatchCameras>& views,
            Triangulated& point) const noexcept;
-  double score_of(const BlobTuple& tuple, std::span<const Observation> views,
-                  Hypothesis& h) const noexcept;
+  double score_of(const BlobTuple& tuple, std::span<const Observation> views, Hypothesis& h) const noexcept;
   bool shared_by_others(std::uint32_t blob, std::size_t hypothesis, double least_score) const noexcept;
 
   std::span<const Camera> cameras_;

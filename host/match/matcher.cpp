@@ -127,7 +127,8 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
   } else {
     m.settled.assign(predictions.size(), 0);
     m.match_claims(ClaimViews::Several);
-    // What claimed points explain does not start a search where many cameras are left to see a new marker alone.
+    // What claimed points explain does not start a search where many cameras are left to see a new marker
+    // alone.
     m.skip_explained = m.cameras.size() > kManyCameras;
     if (m.skip_explained) m.suspect_what_points_explain();
     m.match_all_pairs(std::max(3u, m.options.min_cameras));
@@ -276,6 +277,7 @@ Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangu
   for (const std::uint32_t blob : blobs) {
     const std::uint32_t camera = table[blob].camera;
     point.blob_of_camera[camera] = static_cast<std::int32_t>(table[blob].record);
+    point.doubtful = point.doubtful || table[blob].suspect;
     if (table[blob].resolved) point.resolved |= std::uint32_t{1} << camera;
     table.claim(blob);
     Eigen::Vector2d pixel;

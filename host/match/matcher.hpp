@@ -23,7 +23,7 @@ namespace glint {
 inline constexpr std::size_t kMatchCameras = 32;
 
 struct MatchOptions {
-  double sigma_px = 0.005;  ///< what centroids err by besides the noise of their pixels, per axis; a camera's
+  double sigma_px = 0.002;  ///< what centroids err by besides the noise of their pixels, per axis; a camera's
                             ///< calibration rms_px is added in quadrature
   double gate_px = 1.0;     ///< largest reprojection residual of a blob that may belong to a point, besides
                             ///< what the calibration errs by (3.5 times its rms_px, in quadrature)
@@ -51,9 +51,11 @@ struct Point {
   double rms_px = 0.0;                                     ///< reprojection error over the views used
   std::uint32_t views = 0;                                 ///< cameras used
   std::array<std::int32_t, kMatchCameras> blob_of_camera;  ///< index into that camera's blobs; -1: not used
-  /// New, and a marker beyond doubt: no other reading of its blobs is nearly as likely, and there are three views,
-  /// or two good ones that meet as chance hardly ever lets them, of a place that no other camera sees.
+  /// New, and a marker beyond doubt: no other reading of its blobs is nearly as likely, and there are three
+  /// views, or two good ones that meet as chance hardly ever lets them, of a place that no other camera sees.
   bool certain = false;
+  bool doubtful =
+      false;  ///< one of its blobs is cut off, or more or less than one marker, and was not resolved
   TrackId predicted_by{};  ///< track whose prediction claimed the blobs; 0: none
   /// What the views alone say near `position_in_world`: minus half the second derivative of their
   /// log-likelihood, and its first, which is 0 where they alone decide. One view fixes two directions of

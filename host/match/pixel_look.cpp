@@ -21,12 +21,12 @@ constexpr double kWorstChi2 = 3.0;    // per pixel: more, and discs are not what
 constexpr double kSecondShare = 0.1;  // so much more light than expected may come from a second marker
 constexpr double kWorstSigma_px = 1.0;  // a disc that is placed no better is not placed
 constexpr double kNoiseStep = 1.02, kMostNoise = 1000.0;
-// A radius that is taken from the blob's width, by so much too large or small, moves overlapping discs apart or together
-// by as much.
-// Of more whole blobs than so many times those that there is time for, to place some a little better helps nobody.
+// A radius that is taken from the blob's width, by so much too large or small, moves overlapping discs apart
+// or together by as much. Of more whole blobs than so many times those that there is time for, to place some
+// a little better helps nobody.
 constexpr std::size_t kFewServed = 4;
 constexpr double kCentroid_px = 0.1;  // what centroids of whole blobs err by, and no prediction is better
-constexpr double kSizeUnknown = 0.06;
+constexpr double kSizeUnknown = 0.08;
 constexpr double kLeastStranger_px = 1.0;  // a radius below it says too little of what touches
 constexpr std::size_t kReserved = 4096;
 

@@ -59,9 +59,8 @@ CutDisc CutDiscs::of(double radius_px, double limit) const noexcept {
   const auto n = static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(kRows - 2)));
   const auto k = std::min(static_cast<std::size_t>(column), kLimits - 2);
   // Beyond the last row lengths go on growing as they did: the blurred rim keeps its width.
-  const double down = std::max(row - static_cast<double>(n), 0.0),
-               right = column - static_cast<double>(k);
-  const auto length = [&](float Node::* which) {
+  const double down = std::max(row - static_cast<double>(n), 0.0), right = column - static_cast<double>(k);
+  const auto length = [&](float Node::*which) {
     const auto at = [&](std::size_t i, std::size_t j) { return static_cast<double>(rows_[i][j].*which); };
     const double above = at(n, k) + right * (at(n, k + 1) - at(n, k));
     const double below = at(n + 1, k) + right * (at(n + 1, k + 1) - at(n + 1, k));

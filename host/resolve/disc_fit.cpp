@@ -20,9 +20,11 @@ constexpr float kModelError = 0.005f;
 // Standard deviations at which a pixel is no longer believed, and up to which more light than expected counts
 // in full while the centres are still unknown.
 constexpr float kGone_sd = 5.0f, kBright_sd = 3.0f;
-// What brightnesses may be wrong by at the start: no pixel is judged by more than that. After each step it and what
-// centres may be wrong by are this share of how far the step went. A clipped disc's brightness is anybody's guess.
-constexpr double kGuessedGreyShare = 0.05, kStartGreyShare = 0.3, kClippedGreyShare = 1.0, kLeftAfterStep = 0.2;
+// What brightnesses may be wrong by at the start: no pixel is judged by more than that. After each step it
+// and what centres may be wrong by are this share of how far the step went. A clipped disc's brightness is
+// anybody's guess.
+constexpr double kGuessedGreyShare = 0.05, kStartGreyShare = 0.3, kClippedGreyShare = 1.0,
+                 kLeftAfterStep = 0.2;
 // Mean of squared normal residuals weighted by that trust, over the mean trust.
 constexpr double kTrustedChi2 = 0.847;
 // Of what is half hidden some is never noticed and pulls at the disc: measured over discs hidden to 10-60 %.
@@ -241,8 +243,8 @@ bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<co
                               position_error > kCentresKnown_px};
     hidden.next_step();
     Sums sums;
-    (count == 1 ? accumulate<true> : accumulate<false>)(pixels, model, static_cast<float>(background), tolerance,
-                                                        equations, hidden, sums);
+    (count == 1 ? accumulate<true> : accumulate<false>)(pixels, model, static_cast<float>(background),
+                                                        tolerance, equations, hidden, sums);
     for (std::size_t i = 0; i < count; ++i)
       if (wanted[i].grey > 0.0 && wanted[i].grey_sd > 0.0)
         equations.add_grey(i, wanted[i].grey - discs[i].grey, 1.0 / (wanted[i].grey_sd * wanted[i].grey_sd));

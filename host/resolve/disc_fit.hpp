@@ -26,9 +26,10 @@ struct ExpectedDisc {
   Eigen::Matrix2d shape_px2 = Eigen::Matrix2d::Identity();
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< path over the exposure
   double grey = 0.0;                                    ///< level inside, above the dark; 0: unknown
-  double grey_sd = 0.0;                                 ///< how well that is known; 0: only a guess to start from
-  double distance_m = 0.0;                              ///< the nearer disc hides the farther
-  double centre_error_px = 0.7;  ///< how far off the centre may be: at first no pixel is judged by more than that
+  double grey_sd = 0.0;     ///< how well that is known; 0: only a guess to start from
+  double distance_m = 0.0;  ///< the nearer disc hides the farther
+  double centre_error_px =
+      0.7;  ///< how far off the centre may be: at first no pixel is judged by more than that
 };
 
 struct FittedDisc {

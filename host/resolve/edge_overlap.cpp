@@ -2,6 +2,7 @@
 // The bivariate normal distribution, tabulated by its marginals.
 #include "host/resolve/edge_overlap.hpp"
 
+#include <array>
 #include <numbers>
 
 namespace glint {
@@ -19,29 +20,45 @@ double normal_quantile(double p) {
   return 0.5 * (low + high);
 }
 
-/// P(X < h, Y < k) for standard normal X, Y with correlation sin(angle): p q plus an integral over the
-/// correlation's angle (Drezner and Wesolowsky, Journal of Statistical Computation and Simulation 35, 1990).
-double bivariate_cdf(double h, double k, double angle) {
-  constexpr int kPieces = 64;
-  const auto integrand = [h, k](double t) {
-    const double c = std::cos(t);
-    return std::exp(-(h * h + k * k - 2.0 * h * k * std::sin(t)) / (2.0 * c * c));
-  };
-  const double width = angle / kPieces;
-  double sum = 0.0;
-  for (int i = 0; i < kPieces; ++i)
-    sum += width / 6.0 *
-           (integrand(i * width) + 4.0 * integrand((i + 0.5) * width) + integrand((i + 1.0) * width));
-  return normal_cdf(h) * normal_cdf(k) + sum / (2.0 * std::numbers::pi);
-}
+/// For one correlation sin(angle): the integral over the correlation's angle that takes independent normal X,
+/// Y to correlated ones (Drezner and Wesolowsky, Journal of Statistical Computation and Simulation 35, 1990),
+/// by Simpson's rule.
+class CorrelationIntegral {
+ public:
+  explicit CorrelationIntegral(double angle) : step_(angle / (kNodes - 1)) {
+    for (std::size_t n = 0; n < kNodes; ++n) {
+      const double t = step_ * static_cast<double>(n), c = std::cos(t);
+      sine_[n] = std::sin(t);
+      scale_[n] = 0.5 / (c * c);
+    }
+  }
+  /// P(X < h, Y < k) less P(X < h) P(Y < k).
+  double operator()(double h, double k) const noexcept {
+    double sum = 0.0;
+    for (std::size_t n = 0; n < kNodes; ++n) {
+      const double weight = n == 0 || n == kNodes - 1 ? 1.0 : (n % 2 == 1 ? 4.0 : 2.0);
+      sum += weight * std::exp(-(h * h + k * k - 2.0 * h * k * sine_[n]) * scale_[n]);
+    }
+    return sum * step_ / (6.0 * std::numbers::pi);
+  }
+
+ private:
+  static constexpr std::size_t kNodes = 65;
+  double step_;
+  std::array<double, kNodes> sine_, scale_;
+};
 
 }  // namespace
 
 EdgeOverlap::EdgeOverlap() : shares_(kAngles * kLayer) {
+  std::array<double, kShares> quantile{};
+  for (std::size_t i = 1; i + 1 < kShares; ++i)
+    quantile[i] = normal_quantile(static_cast<double>(i) / (kShares - 1));
   for (std::size_t a = 0; a < kAngles; ++a) {
     const double angle = std::numbers::pi * (0.5 - static_cast<double>(a) / (kAngles - 1));
+    const CorrelationIntegral integral(angle);
     for (std::size_t i = 0; i < kShares; ++i) {
-      for (std::size_t j = 0; j < kShares; ++j) {
+      for (std::size_t j = 0; j <= i; ++j) {
         const double p = static_cast<double>(i) / (kShares - 1), q = static_cast<double>(j) / (kShares - 1);
         double share = 0.0;
         if (i == 0 || j == 0 || i == kShares - 1 || j == kShares - 1 || a == 0) {
@@ -49,9 +66,10 @@ EdgeOverlap::EdgeOverlap() : shares_(kAngles * kLayer) {
         } else if (a == kAngles - 1) {
           share = std::max(0.0, p + q - 1.0);
         } else {
-          share = bivariate_cdf(normal_quantile(p), normal_quantile(q), angle);
+          share = p * q + integral(quantile[i], quantile[j]);
         }
-        shares_[(a * kShares + i) * kShares + j] = static_cast<float>(share);
+        shares_[(a * kShares + i) * kShares + j] = shares_[(a * kShares + j) * kShares + i] =
+            static_cast<float>(share);
       }
     }
   }

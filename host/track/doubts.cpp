@@ -7,8 +7,9 @@
 namespace glint {
 namespace {
 
-// A story that is 150 times likelier than the other is not in doubt; one that was in doubt is settled at
-// 1,000 times.
+// What was taken for true and is 10,000 times likelier than the exchange is not in doubt; what was is settled
+// at 100,000 times, and an exchange only at 10^10, because to undo one that never was is worse than two new
+// ids (decision 0025).
 constexpr double kDoubtLog = 9.2, kSettledLog = 11.5, kSwappedLog = 23.0;
 constexpr unsigned kPatience = 20;  // exposures; by then both stories' filters have forgotten how it began
 constexpr std::size_t kMostPairs = 256;
@@ -40,16 +41,16 @@ bool Doubts::consider(const Seen& a, const Seen& b) noexcept {
     return false;
   // One whose last doubt ends with this exposure may get another id or another motion by that.
   const auto judged = [this](TrackId id) {
-    return std::any_of(verdicts_.begin(), verdicts_.end(),
-                       [id](const Verdict& v) {
-                         return (v.a == id || v.b == id) && (v.swapped || !v.decided);
-                       });
+    return std::any_of(verdicts_.begin(), verdicts_.end(), [id](const Verdict& v) {
+      return (v.a == id || v.b == id) && (v.swapped || !v.decided);
+    });
   };
   if (judged(a.id) || judged(b.id)) return false;
   const double ratio = likelihood(*a.motion, a.evidence) + likelihood(*b.motion, b.evidence) -
                        likelihood(*a.motion, b.evidence) - likelihood(*b.motion, a.evidence);
   if (!(ratio < kDoubtLog)) return false;
-  Pair& pair = pairs_.emplace_back(Pair{a.id, b.id, *a.motion, *b.motion, ratio, 0});
+  Pair& pair = pairs_.emplace_back(
+      Pair{a.id, b.id, *a.motion, *b.motion, ratio, a.motion->impacts(), b.motion->impacts(), 0});
   if (b.evidence != nullptr) pair.a_swapped.correct(*b.evidence);
   if (a.evidence != nullptr) pair.b_swapped.correct(*a.evidence);
   return true;
@@ -59,7 +60,11 @@ bool Doubts::weigh_pair(Pair& pair, const Seen& a, const Seen& b) noexcept {
   pair.log_ratio += likelihood(*a.motion, a.evidence) + likelihood(*b.motion, b.evidence);
   if (b.evidence != nullptr) pair.log_ratio -= pair.a_swapped.correct(*b.evidence);
   if (a.evidence != nullptr) pair.log_ratio -= pair.b_swapped.correct(*a.evidence);
-  const bool decided = pair.log_ratio > kSettledLog || pair.log_ratio < -kSwappedLog;
+  // Who hits something goes anywhere: of two that met so, no motion tells who is who.
+  const bool blow = a.motion->impacts() != pair.a_impacts || b.motion->impacts() != pair.b_impacts ||
+                    pair.a_swapped.impacts() != pair.a_impacts || pair.b_swapped.impacts() != pair.b_impacts;
+  const bool decided =
+      pair.log_ratio > (blow ? kSwappedLog : kSettledLog) || (!blow && pair.log_ratio < -kSwappedLog);
   if (!decided && ++pair.exposures < kPatience) return true;
   verdicts_.push_back({pair.a, pair.b, pair.log_ratio < 0.0, decided, pair.a_swapped, pair.b_swapped});
   return false;
@@ -81,10 +86,10 @@ void Doubts::settle() {
         v.decided = verdicts_[other].decided = false;
     }
   }
-  const auto kept = std::stable_partition(pairs_.begin(), pairs_.end(),
-                                          [&](const Pair& pair) { return !changed_places(pair); });
-  for (auto pair = kept; pair != pairs_.end(); ++pair) abandon(*pair);
-  pairs_.erase(kept, pairs_.end());
+  const std::size_t verdicts = verdicts_.size();
+  for (const Pair& pair : pairs_)
+    if (changed_places(pair)) abandon(pair);
+  if (verdicts_.size() > verdicts) std::erase_if(pairs_, changed_places);
 }
 
 void Doubts::rename(TrackId from, TrackId to) noexcept {

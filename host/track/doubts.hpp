@@ -71,8 +71,9 @@ class Doubts {
  private:
   struct Pair {
     TrackId a, b;
-    Motion a_swapped, b_swapped;  ///< the history of one with the sightings of the other since
-    double log_ratio;             ///< kept over swapped
+    Motion a_swapped, b_swapped;    ///< the history of one with the sightings of the other since
+    double log_ratio;               ///< kept over swapped
+    unsigned a_impacts, b_impacts;  ///< before the doubt
     unsigned exposures;
   };
   bool weigh_pair(Pair& pair, const Seen& a, const Seen& b) noexcept;  // whether it goes on

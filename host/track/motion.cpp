@@ -218,7 +218,9 @@ double Motion::correct(const PositionEvidence& evidence) noexcept {
   const double log_likelihood = best + std::log(total + impact_weight);
   const double speed_m_s = speed_m_s_ + kImpactSpeedOffset_m_s;
   if (impact_weight > total) {
+    const unsigned impacts = impacts_ + 1;
     *this = Motion(impact.position, impact.posterior, speed_m_s, kImpactAcceleration_m_s2);
+    impacts_ = impacts;
     speed_m_s_ = speed_m_s - kImpactSpeedOffset_m_s;
     return log_likelihood;
   }

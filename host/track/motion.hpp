@@ -49,6 +49,8 @@ class Motion {
   /// freedom.
   double distance2(const Eigen::Vector3d& measured, const Eigen::Matrix3d& covariance_m2) const noexcept;
 
+  /// How often it was found to have hit something.
+  unsigned impacts() const noexcept { return impacts_; }
   const Eigen::Vector3d& position() const noexcept { return position_; }
   const Eigen::Vector3d& velocity() const noexcept { return velocity_; }
   const Eigen::Matrix3d& position_covariance() const noexcept { return position_covariance_; }
@@ -70,6 +72,7 @@ class Motion {
   double speed_m_s_ = 0.0;  ///< largest of late
   double unseen_s_ = 0.0;   ///< since the last correction
   unsigned unseen_steps_ = 0;
+  unsigned impacts_ = 0;
 };
 
 }  // namespace glint

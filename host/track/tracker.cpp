@@ -27,7 +27,8 @@ constexpr double kStandStill_m = 0.01;  // how far measurements of a marker at r
 // How far a marker travels until the calibration's error there has little to do with that where it was: lens
 // models err over a good part of the image, poses over the whole room.
 constexpr double kBiasLength_m = 2.0;
-constexpr double kUnknownShare = 0.05;  // of the calibration's variance: a bias worse known than this is asked for
+constexpr double kUnknownShare =
+    0.05;  // of the calibration's variance: a bias worse known than this is asked for
 constexpr double kNeighbour_m = 0.3;
 constexpr double kLost_m = 0.1;  // a position known no better is no position
 constexpr unsigned kSettledFrames =
@@ -93,6 +94,7 @@ struct Tracker::Impl {
   Track* find(TrackId id) noexcept;
   void question_identities(std::span<const Point> points, TrackCounters& counters);
   TrackId new_id_of(TrackId old_id) noexcept;
+  void rename(Track* track, TrackId id) noexcept;
   void answer_questions(TrackCounters& counters);
   void publish(const Track& track, std::span<const Point> points, std::vector<TrackedPoint>& tracked) const;
   void sort_points(std::span<const Point> points);
@@ -288,6 +290,8 @@ TrackId Tracker::Impl::new_id_of(TrackId old_id) noexcept {
 // After the correction, so that what is put in the place of a track knows of this exposure, too.
 void Tracker::Impl::answer_questions(TrackCounters& counters) {
   bool renamed = false;
+  // What ends is told before what begins: a pair may be in doubt anew.
+  const std::size_t begun = events.size();
   for (const Doubts::Verdict& verdict : doubts.verdicts()) {
     Track *const a = find(verdict.a), *const b = find(verdict.b);
     IdentityEvent event{IdentityEvent::Kind::Kept, verdict.a, verdict.b, {}, {}};
@@ -309,17 +313,23 @@ void Tracker::Impl::answer_questions(TrackCounters& counters) {
     events.push_back(event);
     renamed = renamed || event.kind == IdentityEvent::Kind::Unresolved;
   }
+  std::rotate(events.begin(), events.begin() + static_cast<std::ptrdiff_t>(begun), events.end());
   if (!renamed) return;
   for (const IdentityEvent& event : events) {
     if (event.kind != IdentityEvent::Kind::Unresolved) continue;
-    for (const auto& [old_id, new_id] : {std::pair(event.a, event.new_a), std::pair(event.b, event.new_b)})
-      if (Track* const track = find(old_id); track != nullptr) {
-        track->id = new_id;
-        doubts.rename(old_id, new_id);
-      }
+    // Both are looked up before the order of ids is lost.
+    Track *const a = find(event.a), *const b = find(event.b);
+    rename(a, event.new_a);
+    rename(b, event.new_b);
     std::sort(tracks.begin(), tracks.end(),
               [](const Track& p, const Track& q) { return number(p.id) < number(q.id); });
   }
+}
+
+void Tracker::Impl::rename(Track* track, TrackId id) noexcept {
+  if (track == nullptr) return;
+  doubts.rename(track->id, id);
+  track->id = id;
 }
 
 // The matcher has weighed all claims against each other, and against what each track expects.
@@ -403,7 +413,8 @@ void Tracker::Impl::correct(Track& track, std::span<const Point> points) {
   track.since_measured_s = 0.0;
   track.age = 0;
   ++track.seen;
-  track.published = track.published || point.certain || track.seen >= options.confirm_frames_two_views;
+  track.published =
+      track.published || point.certain || (track.seen >= options.confirm_frames_two_views && !point.doubtful);
 }
 
 // A scalar Kalman step per camera; the position's own uncertainty, about the blobs', counts as noise.
