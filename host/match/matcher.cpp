@@ -72,8 +72,9 @@ struct Matcher::Impl {
 
   void meet_plane();
   void match_claims(ClaimViews views);
-  void match_all_pairs(unsigned min_views);
-  bool collect_all_pairs(unsigned min_views, std::size_t limit);
+  enum class Seeds : std::uint8_t { All, Unexplained };
+  void match_all_pairs(unsigned min_views, Seeds seeds);
+  bool collect_all_pairs(unsigned min_views, Seeds seeds, std::size_t limit);
   void suspect_what_points_explain();
   void select(double bonus);
   Point& accept(std::span<const std::uint32_t> blobs, const Triangulated& found);
@@ -90,7 +91,6 @@ struct Matcher::Impl {
   SetPacking::Counters packed;
   std::vector<std::uint32_t> chosen, elements;
   std::vector<std::uint8_t> settled;  // by prediction: has its blobs
-  bool skip_explained = false;
 
   std::span<const Prediction> predictions;
   std::vector<Point>* points = nullptr;
@@ -129,15 +129,15 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
     m.match_claims(ClaimViews::Several);
     // What claimed points explain does not start a search where many cameras are left to see a new marker
     // alone.
-    m.skip_explained = m.cameras.size() > kManyCameras;
-    if (m.skip_explained) m.suspect_what_points_explain();
-    m.match_all_pairs(std::max(3u, m.options.min_cameras));
-    m.skip_explained = false;
+    const bool many = m.cameras.size() > kManyCameras;
+    if (many) m.suspect_what_points_explain();
+    m.match_all_pairs(std::max(3u, m.options.min_cameras),
+                      many ? Matcher::Impl::Seeds::Unexplained : Matcher::Impl::Seeds::All);
     // Of two cameras every new point has all views that it can have.
     if (m.cameras.size() > 2) m.match_claims(ClaimViews::SharpSingle);
     if (m.options.min_cameras == 2) {
       m.suspect_what_points_explain();
-      m.match_all_pairs(2);
+      m.match_all_pairs(2, Matcher::Impl::Seeds::All);
     }
     m.match_claims(ClaimViews::Single);
   }
@@ -193,16 +193,16 @@ void Matcher::Impl::match_claims(ClaimViews views) {
   counters->hypotheses += all.size();
 }
 
-void Matcher::Impl::match_all_pairs(unsigned min_views) {
+void Matcher::Impl::match_all_pairs(unsigned min_views, Seeds seeds) {
   if (cameras.size() < min_views) return;
   std::size_t fullest = 0;
   for (std::size_t camera = 0; camera < cameras.size(); ++camera)
     fullest = std::max(fullest, table.free_blobs(camera));
   const std::size_t limit = std::min(kMaxHypotheses, kAmbiguousBase + kAmbiguousPerBlob * fullest);
-  if (!collect_all_pairs(min_views, limit)) {
+  if (!collect_all_pairs(min_views, seeds, limit)) {
     // Too dense: first what one view more confirms, then this with what is left.
-    if (min_views < cameras.size()) match_all_pairs(min_views + 1);
-    collect_all_pairs(min_views, kMaxHypotheses);
+    if (min_views < cameras.size()) match_all_pairs(min_views + 1, seeds);
+    collect_all_pairs(min_views, seeds, kMaxHypotheses);
   }
   hypotheses.split_contested();
   select(min_views == 2 ? -kTwoViewLogOdds : 0.0);
@@ -210,14 +210,17 @@ void Matcher::Impl::match_all_pairs(unsigned min_views) {
 
 // False if there are more than `limit` hypotheses: the rest was not looked for unless the limit is the last
 // one.
-bool Matcher::Impl::collect_all_pairs(unsigned min_views, std::size_t limit) {
+bool Matcher::Impl::collect_all_pairs(unsigned min_views, Seeds seeds, std::size_t limit) {
   hypotheses.reset(min_views, limit);
+  const auto explained = [&](std::uint32_t blob) {
+    return seeds == Seeds::Unexplained && table[blob].suspect;
+  };
   for (std::size_t a = 0; a < cameras.size(); ++a)
     for (std::uint32_t blob = table.begin_of(a); blob < table.end_of(a); ++blob) {
-      if (!table.free(blob) || (skip_explained && table[blob].suspect)) continue;
+      if (!table.free(blob) || explained(blob)) continue;
       for (std::size_t b = a + 1; b < cameras.size(); ++b)
         pairs.partners(blob, b, [&](const BlobPair& pair) {
-          if (!(skip_explained && table[pair.b].suspect)) hypotheses.grow(pair);
+          if (!explained(pair.b)) hypotheses.grow(pair);
         });
       if (hypotheses.full() && limit < kMaxHypotheses) return false;
     }

@@ -147,6 +147,8 @@ void Tracker::predict(Timestamp exposed, std::vector<Prediction>& predictions) {
       bias.px *= kept;
       bias.variance_px2 = kept * kept * bias.variance_px2 + (1.0 - kept * kept) * t.calibration_px2[camera];
     }
+  }
+  for (Track& track : t.tracks) {
     t.ask_neighbours(track);
     Prediction& p = predictions.emplace_back();
     p.track = track.id;
@@ -432,17 +434,23 @@ void Tracker::Impl::learn_bias(Track& track, const Point& point) const {
 
 // What a calibration errs by is nearly the same a hand's breadth away: a neighbour may know better.
 void Tracker::Impl::ask_neighbours(Track& track) {
-  for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera) {
-    ViewBias& own = track.bias[camera];
-    if (!(own.variance_px2 > kUnknownShare * calibration_px2[camera])) continue;
-    for (const Track& other : tracks) {
-      if (&other == &track || other.age > 0 || other.seen < kSettledFrames) continue;
-      const double away_m = (other.motion.position() - track.motion.position()).norm();
-      if (away_m > kNeighbour_m) continue;
-      const double kept = std::exp(-away_m / kBiasLength_m);
+  const auto knows_little = [&](std::size_t camera) {
+    return track.bias[camera].variance_px2 > kUnknownShare * calibration_px2[camera];
+  };
+  bool asks = false;
+  for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera) asks = asks || knows_little(camera);
+  if (!asks) return;
+  for (const Track& other : tracks) {
+    if (&other == &track || other.age > 0 || other.seen < kSettledFrames) continue;
+    const double away2_m2 = (other.motion.position() - track.motion.position()).squaredNorm();
+    if (away2_m2 > kNeighbour_m * kNeighbour_m) continue;
+    const double kept = std::exp(-std::sqrt(away2_m2) / kBiasLength_m);
+    for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera) {
+      const ViewBias& theirs = other.bias[camera];
+      ViewBias& own = track.bias[camera];
       const double variance_px2 =
-          kept * kept * other.bias[camera].variance_px2 + (1.0 - kept * kept) * calibration_px2[camera];
-      if (variance_px2 < own.variance_px2) own = {kept * other.bias[camera].px, variance_px2};
+          kept * kept * theirs.variance_px2 + (1.0 - kept * kept) * calibration_px2[camera];
+      if (knows_little(camera) && variance_px2 < own.variance_px2) own = {kept * theirs.px, variance_px2};
     }
   }
 }

@@ -66,11 +66,13 @@ TEST_P(IdentityLimits, AreKept) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, IdentityLimits,
                          testing::Values(Limit{"rod", "300", 0.995, 0.0, 0, 1e-3},
-                                         Limit{"markers-50", "150", 0.999, 0.01, 0, 5e-3},
+                                         Limit{"markers-50", "150", 0.999, 0.0, 0, 2e-3},
                                          Limit{"missing-20", "200", 0.97, 0.02, 0, 10e-3},
-                                         Limit{"bodies-8", "150", 0.97, 0.5, 20, 10e-3},
+                                         Limit{"bodies-8", "150", 0.98, 0.15, 4, 10e-3},
                                          Limit{"tumbling-3", "200", 0.99, 0.01, 0, 10e-3},
-                                         Limit{"crossing-2", "200", 0.99, 0.0, 2, 5e-3},
+                                         Limit{"crossing-2", "200", 0.99, 0.0, 0, 2e-3},
+                                         Limit{"pairs", "150", 0.98, 0.0, 0, 3e-3},
+                                         Limit{"two-cameras-50", "150", 0.99, 0.02, 0, 10e-3},
                                          Limit{"thrown", "200", 0.99, 0.0, 0, 1e-3}));
 
 class GeneratedScene : public testing::Test {

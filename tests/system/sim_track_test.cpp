@@ -73,7 +73,8 @@ TEST(SimulatedRigWithOccluders, KeepsMarkersThatTwoCamerasSee) {
 TEST(SimulatedRigBumped, ShowsInTheError) {
   const nlohmann::json good = track_sim({"--ticks", "120", "--device", "cpu"});
   const nlohmann::json bumped = track_sim({"--ticks", "120", "--device", "cpu", "--bump", "1:0:0.05"});
-  EXPECT_GT(bumped["score"]["rms_m"].get<double>(), 3.0 * good["score"]["rms_m"].get<double>());
+  // No more than that, since most of its views are found to disagree and are left out.
+  EXPECT_GT(bumped["score"]["rms_m"].get<double>(), 1.7 * good["score"]["rms_m"].get<double>());
 }
 
 TEST(CrowdedMarkers, NeverChangeIdsSilently) {
@@ -84,32 +85,46 @@ TEST(CrowdedMarkers, NeverChangeIdsSilently) {
                  "40", "--missing-rate", "0.3", "--calibration-error", "1", "--output", "jsonl:" + points});
   std::map<std::string, int> counts{{"kept", 0}, {"swapped", 0}, {"unresolved", 0}};
   std::map<std::string, int> kinds;
-  std::map<int, int> in_doubt_with;
+  std::map<int, std::set<int>> in_doubt_with;
   std::set<int> gone;
   std::ifstream file(points);
   for (std::string line; std::getline(file, line);) {
     const nlohmann::json tick = nlohmann::json::parse(line);
+    std::map<int, int> renamed;
     for (const nlohmann::json& event : tick.value("identity", nlohmann::json::array())) {
       const std::string kind = event["kind"];
       const int a = event["a"], b = event["b"];
       ++counts[kind];
       if (kind == "ambiguous") {
-        EXPECT_EQ(in_doubt_with.count(a) + in_doubt_with.count(b), 0u) << line;
-        in_doubt_with[a] = b;
-        in_doubt_with[b] = a;
+        EXPECT_EQ(in_doubt_with[a].count(b), 0u) << line;
+        in_doubt_with[a].insert(b);
+        in_doubt_with[b].insert(a);
         continue;
       }
-      EXPECT_EQ(in_doubt_with[a], b) << line;
-      in_doubt_with.erase(a);
-      in_doubt_with.erase(b);
-      if (kind == "unresolved") gone.insert({a, b});
+      EXPECT_EQ(in_doubt_with[a].count(b), 1u) << line;
+      in_doubt_with[a].erase(b);
+      in_doubt_with[b].erase(a);
+      if (kind != "unresolved") continue;
+      gone.insert({a, b});
+      // Other doubts go on under the new ids, but for those that end with this exposure.
+      for (const auto& [old_id, now] : {std::pair(a, event["new_a"]), std::pair(b, event["new_b"])})
+        if (!now.is_null()) renamed[old_id] = now.get<int>();
+    }
+    for (const auto& [old_id, now] : renamed) {
+      for (const int other : in_doubt_with[old_id]) {
+        in_doubt_with[other].erase(old_id);
+        in_doubt_with[other].insert(now);
+      }
+      in_doubt_with[now].merge(in_doubt_with[old_id]);
+      in_doubt_with.erase(old_id);
     }
     for (const nlohmann::json& point : tick["points"]) {
       const int id = point["id"];
       ++kinds[point["kind"]];
       EXPECT_EQ(gone.count(id), 0u) << "an id that may be wrong is used again: " << line;
-      if (in_doubt_with.count(id) != 0) {
-        EXPECT_EQ(point["ambiguous"], in_doubt_with[id]) << line;
+      if (!in_doubt_with[id].empty()) {
+        ASSERT_FALSE(point["ambiguous"].is_null()) << line;
+        EXPECT_EQ(in_doubt_with[id].count(point["ambiguous"].get<int>()), 1u) << line;
       } else {
         EXPECT_TRUE(point["ambiguous"].is_null()) << line;
       }
