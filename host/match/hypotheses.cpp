@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kNone = 0xffffffffu;
 // Two views that no third could confirm: so much likelier than a meeting by chance.
 constexpr double kCertainLog = 6.9;
-constexpr double kTellsSize_px = 1.1;  // a blob of four pixels
+constexpr double kTellsSize_px = 1.2;  // more than four pixels, since blocks of two by two may blink
 constexpr double kNearlyLog = 10.0, kAnyScore = -1e300;
 constexpr std::uint32_t kContestedOneByOne = 4;
 constexpr double kEdgeMargin_px = 1.0;  // nearer to the border a marker may well be missed
