@@ -56,7 +56,7 @@ std::vector<gpu::Lens> lenses_of(const SimOptions& sim) {
   return lenses;
 }
 
-Run run_glint(const Options& o, const JpegPictures& pictures, const LearntLimits& learnt,
+Run run_glint(const Options& o, const JpegPictures& pictures, const LearntBackgrounds& learnt,
               const std::string& device, bool whole, bool paced) {
   // Enough sets for the time wanted, or for a while where nothing waits.
   const auto sets = static_cast<std::uint64_t>(o.seconds * (paced ? o.sim.rate_hz : 400.0));
@@ -66,8 +66,8 @@ Run run_glint(const Options& o, const JpegPictures& pictures, const LearntLimits
   auto source = std::make_unique<JpegStreams>(pictures, sets, o.sim.rate_hz, paced, whole);
   const JpegStreams& streams = *source;
   FrameInput input(std::move(source), lenses_of(o.sim), options);
-  for (std::uint32_t camera = 0; camera < learnt.limit_of_camera.size(); ++camera)
-    input.set_limit(camera, learnt.limit_of_camera[camera]);
+  for (std::uint32_t camera = 0; camera < learnt.cameras.size(); ++camera)
+    input.set_background(camera, learnt.cameras[camera]);
   const std::uint64_t warm_up = sets / 4;
   Run run;
   TickBlobs tick;
@@ -98,7 +98,7 @@ Run run_glint(const Options& o, const JpegPictures& pictures, const LearntLimits
 /// imdecode and the thesis's steps, whole cameras shared out to two threads.
 class OpenCvStreams {
  public:
-  OpenCvStreams(const Options& o, const JpegPictures& pictures, const LearntLimits& learnt, bool maps)
+  OpenCvStreams(const Options& o, const JpegPictures& pictures, const LearntBackgrounds& learnt, bool maps)
       : pictures_(pictures),
         maps_(maps),
         grey_(pictures.cameras()),
@@ -107,7 +107,7 @@ class OpenCvStreams {
     const std::vector<gpu::Lens> lenses = lenses_of(o.sim);
     for (std::size_t camera = 0; camera < pictures.cameras(); ++camera) {
       const FrameSize size = pictures.described()[camera].size;
-      std::vector<std::uint8_t> background = learnt.limit_of_camera[camera];
+      std::vector<std::uint8_t> background = learnt.cameras[camera].limit;
       for (std::uint8_t& grey : background)
         grey = static_cast<std::uint8_t>(grey - std::min<unsigned>(grey, o.threshold));
       cameras_.emplace_back(gpu::CameraFormat{size.width_px, size.height_px, lenses[camera]}, background);
@@ -210,7 +210,7 @@ std::string name_of(const std::string& device) {
   return device;
 }
 
-void compare(const Options& o, const Scene& scene, const LearntLimits& learnt, int quality) {
+void compare(const Options& o, const Scene& scene, const LearntBackgrounds& learnt, int quality) {
   const JpegPictures pictures(scene, o.length, quality);
   std::vector<std::unique_ptr<OpenCvStreams>> opencv;
   std::vector<Contender> contenders;
@@ -277,7 +277,7 @@ int run_all(int argc, char** argv) {
   cv::setNumThreads(1);  // threads are ours: one camera each is quicker than splitting images
   const Scene scene(o.sim);
   SimSource to_learn_from(scene);
-  const LearntLimits learnt = learn_limits(to_learn_from, 30, o.threshold);
+  const LearntBackgrounds learnt = learn_backgrounds(to_learn_from, 30, o.threshold);
   std::printf("%u cameras of %ux%u px, %u markers; CPU time per set and latency at %g Hz\n", o.sim.cameras,
               o.sim.width_px, o.sim.height_px, o.sim.markers, o.sim.rate_hz);
   for (const int quality : o.qualities) compare(o, scene, learnt, quality);

@@ -44,9 +44,9 @@ Result run(const Options& o, const Scene& scene, const std::string& device, std:
   auto input = std::make_unique<FrameInput>(std::make_unique<FrameLoop>(scene, o.length, ticks, paced),
                                             lenses, input_options);
   SimSource to_learn_from(scene);
-  const LearntLimits learnt = learn_limits(to_learn_from, 30, 12);
-  for (std::uint32_t camera = 0; camera < learnt.limit_of_camera.size(); ++camera)
-    input->set_limit(camera, learnt.limit_of_camera[camera]);
+  const LearntBackgrounds learnt = learn_backgrounds(to_learn_from, 30, 12);
+  for (std::uint32_t camera = 0; camera < learnt.cameras.size(); ++camera)
+    input->set_background(camera, learnt.cameras[camera]);
 
   MatchOptions match;
   match.marker_radius_m = o.sim.marker_radius_m;

@@ -52,7 +52,7 @@ void BackgroundLearner::add(const ImageView& frame) {
   height_px_ = frame.height_px;
 }
 
-std::vector<std::uint8_t> BackgroundLearner::limit(unsigned margin) const {
+std::vector<std::uint8_t> BackgroundLearner::median() const {
   if (frames_.empty()) throw Error("background: no frames to learn from; add at least one per camera");
   const std::size_t pixels = frames_.front().size(), n = frames_.size();
   std::vector<std::uint8_t> result(pixels);
@@ -67,7 +67,42 @@ std::vector<std::uint8_t> BackgroundLearner::limit(unsigned margin) const {
     }
     for (std::size_t i = 0; i < count; ++i) {
       const unsigned median = (unsigned{lower[i]} + unsigned{upper[i]}) / 2;
-      result[first + i] = static_cast<std::uint8_t>(std::min(255u, median + std::min(margin, 255u)));
+      result[first + i] = static_cast<std::uint8_t>(median);
+    }
+  }
+  return result;
+}
+
+std::vector<std::uint8_t> BackgroundLearner::limit(unsigned margin) const {
+  std::vector<std::uint8_t> result = median();
+  for (std::uint8_t& value : result)
+    value = static_cast<std::uint8_t>(std::min(255u, value + std::min(margin, 255u)));
+  return result;
+}
+
+std::vector<std::uint16_t> BackgroundLearner::mean(unsigned margin) const {
+  const std::vector<std::uint8_t> middle = median();
+  std::vector<std::uint16_t> result(middle.size());
+  const int most = static_cast<int>(std::min(margin, 255u));
+  std::array<std::uint32_t, kChunk> sum, count;
+  for (std::size_t first = 0; first < middle.size(); first += kChunk) {
+    const std::size_t pixels = std::min(kChunk, middle.size() - first);
+    sum.fill(0);
+    count.fill(0);
+    for (const auto& frame : frames_) {
+      for (std::size_t i = 0; i < pixels; ++i) {
+        const int value = frame[first + i], off = value - int{middle[first + i]};
+        const bool usual = off <= most && off >= -most;
+        sum[i] += usual ? static_cast<std::uint32_t>(value) : 0u;
+        count[i] += usual ? 1u : 0u;
+      }
+    }
+    for (std::size_t i = 0; i < pixels; ++i) {
+      // The mean of the middle two may be far from both.
+      const std::uint32_t steps = count[i] == 0
+                                      ? kBackgroundStepsPerGrey * middle[first + i]
+                                      : (kBackgroundStepsPerGrey * sum[i] + count[i] / 2) / count[i];
+      result[first + i] = static_cast<std::uint16_t>(steps);
     }
   }
   return result;

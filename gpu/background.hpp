@@ -19,8 +19,13 @@ class BackgroundLearner {
   /// width*height bytes: min(255, median + margin); an even number of frames takes the mean of the
   /// middle two, rounded down. Throws Error without frames.
   std::vector<std::uint8_t> limit(unsigned margin) const;
+  /// width*height values in steps of 1 / kBackgroundStepsPerGrey: of each pixel the mean over the frames in
+  /// which it is within `margin` of its median. Throws Error without frames.
+  std::vector<std::uint16_t> mean(unsigned margin) const;
 
  private:
+  std::vector<std::uint8_t> median() const;
+
   std::uint32_t width_px_ = 0, height_px_ = 0;
   std::vector<std::vector<std::uint8_t>> frames_;
 };

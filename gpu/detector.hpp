@@ -25,11 +25,17 @@ class Error : public std::runtime_error {
 
 enum class PixelFormat : std::uint8_t { Grey8 };
 
+/// A learnt background is in steps of a 256th of a grey level.
+inline constexpr unsigned kBackgroundStepsPerGrey = 256;
+
 /// Borrowed pixels, row by row. `pixels == nullptr` means: this camera has no frame in this set.
 struct ImageView {
   const std::uint8_t* pixels = nullptr;
   std::uint32_t width_px = 0, height_px = 0, stride_bytes = 0;
   PixelFormat format = PixelFormat::Grey8;
+  /// What each pixel shows where no marker is, width_px a row, see BackgroundLearner; nullptr: not known.
+  /// Detectors do not need it, they have limits.
+  const std::uint16_t* background = nullptr;
 };
 
 /// Pinhole with OpenCV's radial-tangential distortion.

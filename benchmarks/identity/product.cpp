@@ -55,8 +55,8 @@ std::unique_ptr<TickInput> open_scene(const Scene& scene, std::uint64_t ticks) {
   empty.markers = 0;
   const Scene room(empty);
   SimSource lesson(room, {false, 0});
-  const LearntLimits learnt = learn_limits(lesson, detect.background_frames, detect.threshold);
-  for (std::uint32_t c = 0; c < scene.cameras(); ++c) input->set_limit(c, learnt.limit_of_camera[c]);
+  const LearntBackgrounds learnt = learn_backgrounds(lesson, detect.background_frames, detect.threshold);
+  for (std::uint32_t c = 0; c < scene.cameras(); ++c) input->set_background(c, learnt.cameras[c]);
   return input;
 }
 

@@ -127,11 +127,11 @@ std::filesystem::path background_file(const std::filesystem::path& where, const 
               ".png or the like)");
 }
 
-using Limits = std::vector<std::vector<std::uint8_t>>;
+using Backgrounds = std::vector<CameraBackground>;
 
-Limits limits_from_files(std::span<const SourceCamera> cameras, const std::string& where,
-                         unsigned threshold) {
-  Limits limits;
+Backgrounds backgrounds_from_files(std::span<const SourceCamera> cameras, const std::string& where,
+                                   unsigned threshold) {
+  Backgrounds backgrounds;
   for (const SourceCamera& camera : cameras) {
     const std::filesystem::path file = background_file(where, camera.name);
     const GreyImage image = read_grey_image(file);
@@ -142,29 +142,32 @@ Limits limits_from_files(std::span<const SourceCamera> cameras, const std::strin
     }
     gpu::BackgroundLearner learner;
     learner.add(image.view());
-    limits.push_back(learner.limit(threshold));
+    backgrounds.push_back(CameraBackground::of(learner, threshold));
   }
-  return limits;
+  return backgrounds;
 }
 
 // `learn_from` loses the frames that are learnt from.
-Limits make_limits(const RunArguments& a, const DetectSettings& detect, std::span<const SourceCamera> cameras,
-                   const std::function<FrameSource&()>& learn_from, std::vector<std::string>& notes) {
+Backgrounds make_backgrounds(const RunArguments& a, const DetectSettings& detect,
+                             std::span<const SourceCamera> cameras,
+                             const std::function<FrameSource&()>& learn_from,
+                             std::vector<std::string>& notes) {
   if (!a.background.empty() && a.background != "none" && !all_digits(a.background)) {
-    return limits_from_files(cameras, a.background, detect.threshold);
+    return backgrounds_from_files(cameras, a.background, detect.threshold);
   }
-  Limits limits;
   if (detect.background_frames == 0) {
+    Backgrounds backgrounds;
     for (const SourceCamera& camera : cameras) {
-      limits.push_back(gpu::flat_limit(camera.size.width_px, camera.size.height_px, detect.threshold));
+      backgrounds.push_back(
+          {gpu::flat_limit(camera.size.width_px, camera.size.height_px, detect.threshold), {}});
     }
-    return limits;
+    return backgrounds;
   }
-  LearntLimits learnt = learn_limits(learn_from(), detect.background_frames, detect.threshold);
+  LearntBackgrounds learnt = learn_backgrounds(learn_from(), detect.background_frames, detect.threshold);
   if (learnt.frames < detect.background_frames) {
     notes.push_back("background learnt from " + std::to_string(learnt.frames) + " frames, all there are");
   }
-  return std::move(learnt.limit_of_camera);
+  return std::move(learnt.cameras);
 }
 
 // Where to end, in frame sets; 0: at the end of the source.
@@ -202,9 +205,9 @@ void open_frames(OpenedRun& run, const RunArguments& a, FrameInputOptions option
   };
   const std::size_t cameras = source->cameras().size();
   options.max_sets = sets_wanted(a, source->rate_hz() > 0.0 ? source->rate_hz() : run.rig.rate_hz);
-  const Limits limits = make_limits(a, run.rig.detect, source->cameras(), learn_from, run.notes);
+  Backgrounds backgrounds = make_backgrounds(a, run.rig.detect, source->cameras(), learn_from, run.notes);
   auto input = std::make_unique<FrameInput>(std::move(source), lenses_of(run.rig, cameras), options);
-  for (std::uint32_t i = 0; i < cameras; ++i) input->set_limit(i, limits[i]);
+  for (std::uint32_t i = 0; i < cameras; ++i) input->set_background(i, std::move(backgrounds[i]));
   if (!input->reads_in_place() && input->device_name().rfind("cpu", 0) != 0) {
     run.notes.push_back("frames are copied: " + input->device_name() + " cannot read them in place");
   }

@@ -54,7 +54,7 @@ std::pair<int, int> BlobTable::Grid::rows_between(double low_px, double high_px)
 
 BlobTable::BlobTable(std::span<const Camera> cameras, const MatchOptions& options)
     : cameras_(cameras), options_(options), begin_(cameras.size() + 1, 0), grids_(cameras.size()) {
-  noise_excess_.assign(cameras.size(), 1.0);
+  noise_.resize(cameras.size());
   for (const Camera& camera : cameras) {
     const double calibration_px = camera.calibration().rms_px;
     const CameraCalibration& c = camera.calibration();
@@ -130,8 +130,8 @@ Eigen::Matrix2d BlobTable::own_covariance(const shaders::BlobRecord& record,
   Eigen::Matrix2d distort;
   distort << lens.xx, lens.xy, lens.xy, lens.yy;
   const Eigen::Matrix2d undistort = distort.inverse();
-  return covariance + noise_excess_[blob.camera] * undistort * centroid_covariance_px2(record, PixelNoise{}) *
-                          undistort.transpose();
+  return covariance +
+         undistort * centroid_covariance_px2(record, noise_[blob.camera]) * undistort.transpose();
 }
 
 void BlobTable::resolve(std::uint32_t blob, const Eigen::Vector2d& centre,

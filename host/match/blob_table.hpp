@@ -12,6 +12,7 @@
 #include "gpu/lens.hpp"
 #include "host/geometry/camera.hpp"
 #include "host/match/matcher.hpp"
+#include "host/resolve/pixel_noise.hpp"
 
 namespace glint {
 
@@ -68,8 +69,8 @@ class BlobTable {
   double calibration_variance_px2(std::size_t camera) const noexcept {
     return calibration_variance_px2_[camera];
   }
-  /// Variance of a camera's pixels over what is assumed of a raw 8-bit camera; from the next fill() on.
-  void set_noise_excess(std::size_t camera, double factor) noexcept { noise_excess_[camera] = factor; }
+  /// What a camera's pixels err by; at first what is assumed of a raw 8-bit camera. From the next fill() on.
+  void set_noise(std::size_t camera, const PixelNoise& noise) noexcept { noise_[camera] = noise; }
   /// Largest residual of a blob that may belong to a point, the calibration's errors included.
   double gate_px(std::size_t camera) const noexcept { return gate_px_[camera]; }
 
@@ -115,7 +116,8 @@ class BlobTable {
 
   std::span<const Camera> cameras_;
   const MatchOptions& options_;
-  std::vector<double> calibration_variance_px2_, gate_px_, noise_excess_;
+  std::vector<double> calibration_variance_px2_, gate_px_;
+  std::vector<PixelNoise> noise_;
   struct Resolved {
     std::uint32_t blob;
     Eigen::Vector2d centre;

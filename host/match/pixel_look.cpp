@@ -20,7 +20,7 @@ constexpr int kWindow_px = 2;         // of dark around the blob, for the backgr
 constexpr double kWorstChi2 = 3.0;    // per pixel: more, and discs are not what the pixels show
 constexpr double kSecondShare = 0.1;  // so much more light than expected may come from a second marker
 constexpr double kWorstSigma_px = 1.0;  // a disc that is placed no better is not placed
-constexpr double kNoiseStep = 1.02, kMostNoise = 1000.0;
+constexpr double kNoiseStep = 1.02, kLeastNoise = 0.25, kMostNoise = 1000.0;
 // A radius that is taken from the blob's width, by so much too large or small, moves overlapping discs apart
 // or together by as much. Of more whole blobs than so many times those that there is time for, to place some
 // a little better helps nobody.
@@ -57,7 +57,7 @@ PixelLook::PixelLook(std::span<const Camera> cameras, const MatchOptions& option
       expected_(expected),
       fit_(PixelNoise{}),
       whole_(PixelNoise{}),
-      noise_excess_(cameras.size(), 1.0) {
+      noise_excess_(cameras.size()) {
   wishes_.reserve(kReserved);
   needed_.reserve(kReserved);
   welcome_.reserve(kReserved);
@@ -212,10 +212,14 @@ bool PixelLook::fit_strangers(std::uint32_t camera, const shaders::BlobRecord& r
 // What a camera's pixels err by is what its markers show: half of the fits should leave less than the noise
 // that is assumed, and half more. A median does not mind the few that are not what they were taken for.
 // Compressed frames are several times as noisy as raw ones.
-void PixelLook::learn_noise(std::uint32_t camera, double chi2_per_dof) noexcept {
-  double& excess = noise_excess_[camera];
-  excess = std::clamp(chi2_per_dof > 1.0 ? excess * kNoiseStep : excess / kNoiseStep, 1.0, kMostNoise);
-  table_.set_noise_excess(camera, excess);
+void PixelLook::learn_noise(std::uint32_t camera, const FitQuality& quality) noexcept {
+  const auto learn = [](double& excess, double chi2) {
+    if (!(chi2 > 0.0)) return;
+    excess = std::clamp(chi2 > 1.0 ? excess * kNoiseStep : excess / kNoiseStep, kLeastNoise, kMostNoise);
+  };
+  learn(noise_excess_[camera].dark, quality.dark_chi2);
+  learn(noise_excess_[camera].light, quality.lit_chi2);
+  table_.set_noise(camera, PixelNoise{}.with(noise_excess_[camera]));
 }
 
 bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
@@ -227,7 +231,7 @@ bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, con
   FitQuality quality;
   if (!fit_.fit(image, box, discs, {fitted.data(), discs.size()}, quality, noise_excess_[camera]))
     return false;
-  if (discs.size() == 1) learn_noise(camera, quality.chi2_per_dof);
+  if (discs.size() == 1) learn_noise(camera, quality);
   if (!(quality.chi2_per_dof < kWorstChi2)) return false;
   std::array<OutlineCentre, kMaxDiscs> centres;
   for (std::size_t k = 0; k < discs.size(); ++k) {

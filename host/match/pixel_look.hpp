@@ -41,7 +41,7 @@ class PixelLook {
   void collect(std::uint32_t camera, std::span<const shaders::BlobRecord> records,
                std::span<const Prediction> predictions);
   bool needs_look(std::uint32_t camera, const shaders::BlobRecord& record, std::span<const Wish> wishes);
-  void learn_noise(std::uint32_t camera, double chi2_per_dof) noexcept;
+  void learn_noise(std::uint32_t camera, const FitQuality& quality) noexcept;
   void resolve(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
                std::span<const Wish> wishes, MatchCounters& counters);
   bool fit_stranger(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
@@ -57,7 +57,7 @@ class PixelLook {
   const ExpectedViews& expected_;
   DiscFit fit_;
   WholeDiscTest whole_;
-  std::vector<double> noise_excess_;  // by camera: see learn_noise()
+  std::vector<NoiseExcess> noise_excess_;  // by camera: see learn_noise()
   std::vector<Wish> wishes_;
   std::vector<Look> needed_, welcome_;
   std::vector<std::uint32_t> unexpected_;  // blobs that no track expects and that are too long for one marker

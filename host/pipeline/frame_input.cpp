@@ -48,6 +48,7 @@ FrameInput::FrameInput(std::unique_ptr<FrameSource> source, std::span<const gpu:
       ring_(kRing),
       in_flight_(std::max(1u, options.detector.depth)),
       images_(source_->cameras().size()),
+      backgrounds_(source_->cameras().size()),
       last_sequence_(source_->cameras().size()) {
   if (options_.code) alignment_ = std::make_unique<CodeAlignment>(*options_.code, source_->cameras().size());
 }
@@ -60,9 +61,10 @@ FrameInput::~FrameInput() {
   while (count_-- > 0) (void)detector_->collect(rest);  // frames in flight are still lent to the device
 }
 
-void FrameInput::set_limit(std::uint32_t camera, std::span<const std::uint8_t> limit) {
-  detector_->set_limit(camera, limit);
-  source_->set_limit(camera, limit);
+void FrameInput::set_background(std::uint32_t camera, CameraBackground background) {
+  detector_->set_limit(camera, background.limit);
+  source_->set_limit(camera, background.limit);
+  backgrounds_[camera] = std::move(background);
 }
 
 void FrameInput::capture() noexcept {
@@ -227,6 +229,7 @@ void FrameInput::fill(TickBlobs& tick, const FrameSet& set) noexcept {
   for (std::size_t i = 0; i < batch_.cameras.size(); ++i) {
     tick.cameras[i] = batch_.cameras[i].blobs;
     tick.images[i] = set.frames[i] ? set.frames[i]->image() : gpu::ImageView{};
+    if (!backgrounds_[i].mean.empty()) tick.images[i].background = backgrounds_[i].mean.data();
     if (set.frames[i]) tick.frames |= 1u << i;
     if (batch_.cameras[i].overflow) tick.overflow |= 1u << i;
     if (!in_place_ && tick.images[i].pixels != nullptr) copied_.fetch_add(1, std::memory_order_relaxed);

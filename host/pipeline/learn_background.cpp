@@ -34,7 +34,7 @@ std::string nothing_comes(const FrameSource& source) {
 
 }  // namespace
 
-LearntLimits learn_limits(FrameSource& source, std::size_t frames, unsigned margin) {
+LearntBackgrounds learn_backgrounds(FrameSource& source, std::size_t frames, unsigned margin) {
   std::vector<FrameSize> sizes;
   for (const SourceCamera& camera : source.cameras()) sizes.push_back(camera.size);
   FramePool pool(sizes, 2 + source.frames_ahead());
@@ -53,7 +53,7 @@ LearntLimits learn_limits(FrameSource& source, std::size_t frames, unsigned marg
       if (set.frames[i] && !set.frames[i]->damaged) learners[i].add(set.frames[i]->image());
     }
   }
-  LearntLimits learnt;
+  LearntBackgrounds learnt;
   learnt.frames = frames;
   for (std::size_t i = 0; i < learners.size(); ++i) {
     if (learners[i].frames() == 0) {
@@ -61,7 +61,7 @@ LearntLimits learn_limits(FrameSource& source, std::size_t frames, unsigned marg
                   (source.problem().empty() ? "" : ": " + source.problem()));
     }
     learnt.frames = std::min(learnt.frames, learners[i].frames());
-    learnt.limit_of_camera.push_back(learners[i].limit(margin));
+    learnt.cameras.push_back(CameraBackground::of(learners[i], margin));
   }
   return learnt;
 }

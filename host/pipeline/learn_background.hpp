@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: MIT
-// Limit images from the first frames of a source.
+// What the cameras show without markers, from the first frames of a source.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <vector>
 
 #include "host/frames/source.hpp"
+#include "host/pipeline/camera_background.hpp"
 
 namespace glint {
 
-struct LearntLimits {
-  std::vector<std::vector<std::uint8_t>> limit_of_camera;
+struct LearntBackgrounds {
+  std::vector<CameraBackground> cameras;
   std::size_t frames = 0;  ///< learnt from, of the camera that gave fewest
 };
 
-/// Reads up to `frames` sets, which the source then lacks: median over time + margin. Throws Error when a
-/// camera gave none, or none gave any for 5 s.
-LearntLimits learn_limits(FrameSource& source, std::size_t frames, unsigned margin);
+/// Reads up to `frames` sets, which the source then lacks; `margin` grey levels above its background a pixel
+/// is bright. Throws Error when a camera gave none, or none gave any for 5 s.
+LearntBackgrounds learn_backgrounds(FrameSource& source, std::size_t frames, unsigned margin);
 
 }  // namespace glint

@@ -25,8 +25,9 @@ constexpr float kGone_sd = 5.0f, kBright_sd = 3.0f;
 // anybody's guess.
 constexpr double kGuessedGreyShare = 0.05, kStartGreyShare = 0.3, kClippedGreyShare = 1.0,
                  kLeftAfterStep = 0.2;
-// Mean of squared normal residuals weighted by that trust, over the mean trust.
-constexpr double kTrustedChi2 = 0.847;
+// Mean of squared normal residuals weighted by that trust, over the mean trust; and the variance of what is
+// fitted with such weights times the mean trust, over that of a plain fit's (by numerical integration).
+constexpr double kTrustedChi2 = 0.847, kTrustedVariance = 0.96;
 // Of what is half hidden some is never noticed and pulls at the disc: measured over discs hidden to 10-60 %.
 constexpr double kHiddenShare = 0.02, kHiddenVariance = 4.0;
 constexpr double kCentresKnown_px = 0.15;
@@ -39,8 +40,13 @@ constexpr float kClipsAt_grey = 254.5f;
 constexpr double kSameDisc = 0.4;
 // A centre worse known than this share of its radius is not known.
 constexpr double kUnknownCentre = 0.5;
+// A fit leaves more than its share by chance, up to so many standard deviations of chi2.
+constexpr double kChance_sd = 2.0;
 // A disc fainter than this many standard deviations of a dark pixel is not there.
 constexpr double kFaintest_sd = 3.0;
+
+constexpr float kLearntStep_grey = 1.0f / gpu::kBackgroundStepsPerGrey;
+constexpr std::uint16_t kNothingLearnt = 0;
 
 /// The pixels of a box that lie in the image.
 struct Pixels {
@@ -49,30 +55,49 @@ struct Pixels {
   PixelBox box;
   bool empty() const noexcept { return box.x_min_px > box.x_max_px || box.y_min_px > box.y_max_px; }
   const std::uint8_t* row(int y) const noexcept { return first + static_cast<std::size_t>(y) * stride; }
+
+  const std::uint16_t* learnt = nullptr;  // never null where not empty
+  std::size_t learnt_stride = 0, learnt_step = 0;
+  /// What column x of that row was learnt to show is learnt_at(learnt_row(y), x).
+  const std::uint16_t* learnt_row(int y) const noexcept {
+    return learnt + static_cast<std::size_t>(y) * learnt_stride;
+  }
+  float learnt_at(const std::uint16_t* row, int x) const noexcept {
+    return static_cast<float>(row[static_cast<std::size_t>(x) * learnt_step]) * kLearntStep_grey;
+  }
 };
 
 Pixels pixels_of(const gpu::ImageView& image, const PixelBox& box) noexcept {
   if (image.pixels == nullptr) return {};
-  return {image.pixels, image.stride_bytes,
+  const bool knows = image.background != nullptr;
+  return {image.pixels,
+          image.stride_bytes,
           PixelBox{std::max(box.x_min_px, 0), std::max(box.y_min_px, 0),
                    std::min(box.x_max_px, static_cast<int>(image.width_px) - 1),
-                   std::min(box.y_max_px, static_cast<int>(image.height_px) - 1)}};
+                   std::min(box.y_max_px, static_cast<int>(image.height_px) - 1)},
+          knows ? image.background : &kNothingLearnt,
+          knows ? image.width_px : 0u,
+          knows ? 1u : 0u};
 }
 
-/// Median of the pixels that see no disc; the darkest pixel where there are few.
+/// Median of the pixels that see no disc, over what was learnt; the darkest where there are few.
 double background_of(const Pixels& pixels, PixelModel& model) noexcept {
   constexpr unsigned kFew = 8;
-  std::array<std::uint16_t, 256> count{};
+  constexpr int kBelow = 256;
+  std::array<std::uint16_t, 512> count{};
   unsigned outside = 0;
-  std::uint8_t darkest = 255;
+  int darkest = 255;
   for (int y = pixels.box.y_min_px; y <= pixels.box.y_max_px; ++y) {
     int first = 0, last = -1;
     model.begin_row(y, first, last);
     const std::uint8_t* row = pixels.row(y);
+    const std::uint16_t* learnt_row = pixels.learnt_row(y);
     for (int x = pixels.box.x_min_px; x <= pixels.box.x_max_px; ++x) {
-      darkest = std::min(darkest, row[x]);
-      if ((x >= first && x <= last) || count[row[x]] == 0xffff) continue;
-      ++count[row[x]];
+      const int over_learnt = row[x] - static_cast<int>(pixels.learnt_at(learnt_row, x) + 0.5f);
+      darkest = std::min(darkest, over_learnt);
+      std::uint16_t& same = count[static_cast<std::size_t>(over_learnt + kBelow)];
+      if ((x >= first && x <= last) || same == 0xffff) continue;
+      ++same;
       ++outside;
     }
   }
@@ -80,18 +105,25 @@ double background_of(const Pixels& pixels, PixelModel& model) noexcept {
   unsigned below = 0;
   std::size_t grey = 0;
   while ((below += count[grey]) * 2 < outside) ++grey;
-  return static_cast<double>(grey);
+  return static_cast<double>(grey) - kBelow;
 }
 
-/// Brightest pixel of the 3 x 3 about an expected centre, above the background.
-double grey_near(const Pixels& pixels, const Eigen::Vector2d& centre_px, double background) noexcept {
+struct Brightest {
+  double grey = 0.0;  // above what was learnt
+  bool clipped = false;
+};
+
+/// Of the 3 x 3 pixels about an expected centre.
+Brightest brightest_near(const Pixels& pixels, const Eigen::Vector2d& centre_px) noexcept {
   const auto x0 = static_cast<int>(std::lround(centre_px.x())),
              y0 = static_cast<int>(std::lround(centre_px.y()));
-  std::uint8_t brightest = 0;
+  Brightest brightest;
   for (int y = std::max(y0 - 1, pixels.box.y_min_px); y <= std::min(y0 + 1, pixels.box.y_max_px); ++y)
     for (int x = std::max(x0 - 1, pixels.box.x_min_px); x <= std::min(x0 + 1, pixels.box.x_max_px); ++x)
-      brightest = std::max(brightest, pixels.row(y)[x]);
-  return std::max(1.0, brightest - background);
+      brightest = {std::max(brightest.grey, static_cast<double>(static_cast<float>(pixels.row(y)[x]) -
+                                                                pixels.learnt_at(pixels.learnt_row(y), x))),
+                   brightest.clipped || pixels.row(y)[x] == kClipped};
+  return brightest;
 }
 
 /// What a pixel's residual is measured with.
@@ -103,8 +135,14 @@ struct Tolerance {
 };
 
 struct Sums {
-  float chi2 = 0.0f, believed = 0.0f, expected_light = 0.0f, seen_light = 0.0f;
+  float dark_chi2 = 0.0f, dark_believed = 0.0f, lit_chi2 = 0.0f, lit_believed = 0.0f;
+  float expected_light = 0.0f, seen_light = 0.0f;
 };
+
+/// Of what counts as one measurement each; 0 where there are none to speak of.
+double chi2_per_dof(double chi2, double dof) noexcept {
+  return dof > 0.0 ? chi2 / (kTrustedChi2 * dof) : 0.0;
+}
 
 template <bool kOneDisc>
 void accumulate(const Pixels& pixels, PixelModel& model, float background, const Tolerance& tolerance,
@@ -117,22 +155,24 @@ void accumulate(const Pixels& pixels, PixelModel& model, float background, const
     int first = 0, last = -1;
     model.begin_row(y, first, last);
     const std::uint8_t* row = pixels.row(y);
+    const std::uint16_t* learnt_row = pixels.learnt_row(y);
     float weights = 0.0f, weighted = 0.0f;
     for (int x = pixels.box.x_min_px; x <= pixels.box.x_max_px; ++x) {
-      float value = row[x];
+      const float learnt = pixels.learnt_at(learnt_row, x);
+      float value = static_cast<float>(row[x]) - learnt;
       if (x < first || x > last || !(kOneDisc ? model.at_only_disc(x, y, pixel) : model.at(x, y, pixel))) {
         const float residual = value - background, squared = residual * residual * dark_weight;
         if (squared >= kGone) continue;
         const float trust = (1.0f - squared / kGone) * (1.0f - squared / kGone);
-        sums.chi2 += trust * squared;
-        sums.believed += trust;
+        sums.dark_chi2 += trust * squared;
+        sums.dark_believed += trust;
         weights += trust * dark_weight;
         weighted += trust * dark_weight * residual;
         continue;
       }
       sums.expected_light += pixel.light;
       if (row[x] == kClipped) {  // only that it is not darker is known
-        value = kClipsAt_grey;
+        value = kClipsAt_grey - learnt;
         if (background + pixel.light >= value) {
           sums.seen_light += pixel.light;
           continue;
@@ -158,8 +198,9 @@ void accumulate(const Pixels& pixels, PixelModel& model, float background, const
         if (hidden.near(x, y)) continue;
         trust = (1.0f - squared / kGone) * (1.0f - squared / kGone);
       }
-      sums.chi2 += trust * squared;
-      sums.believed += trust;
+      const bool lit = tolerance.variance_per_grey * pixel.light > tolerance.dark_variance;
+      (lit ? sums.lit_chi2 : sums.dark_chi2) += trust * squared;
+      (lit ? sums.lit_believed : sums.dark_believed) += trust;
       sums.seen_light += pixel.light;
       if constexpr (kOneDisc) {
         one.add(pixel.by_x[0], pixel.by_y[0], pixel.by_grey[0], residual, trust * inverse);
@@ -174,9 +215,11 @@ void accumulate(const Pixels& pixels, PixelModel& model, float background, const
 
 /// Covariances, and whether the fit is one that may be believed.
 bool finish(std::span<FittedDisc> fitted, const NormalEquations& equations, const PixelModel& model,
-            const FitQuality& quality, double dark_variance_grey2) noexcept {
-  const double scale =
-      std::max(1.0, quality.chi2_per_dof) * (quality.seen_share < 1.0 - kHiddenShare ? kHiddenVariance : 1.0);
+            const FitQuality& quality, double dof, double dark_variance_grey2) noexcept {
+  // By how much chi2 goes beyond what chance may do.
+  const double beyond = quality.chi2_per_dof / (1.0 + kChance_sd * std::sqrt(2.0 / dof));
+  const double scale = kTrustedVariance * std::max(1.0, beyond) *
+                       (quality.seen_share < 1.0 - kHiddenShare ? kHiddenVariance : 1.0);
   for (std::size_t i = 0; i < fitted.size(); ++i) {
     if (fitted[i].grey * fitted[i].grey < kFaintest_sd * kFaintest_sd * dark_variance_grey2) return false;
     fitted[i].covariance_px2 = scale * equations.centre_covariance_px2(i);
@@ -195,7 +238,7 @@ bool finish(std::span<FittedDisc> fitted, const NormalEquations& equations, cons
 DiscFit::DiscFit(const PixelNoise& noise) : noise_(noise), profiles_(noise.psf_sigma_px) {}
 
 bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<const ExpectedDisc> expected,
-                  std::span<FittedDisc> fitted, FitQuality& quality, double noise_excess) noexcept {
+                  std::span<FittedDisc> fitted, FitQuality& quality, const NoiseExcess& excess) noexcept {
   GLINT_CHECK(expected.size() <= kMaxDiscs && fitted.size() == expected.size());
   quality = {};
   const Pixels pixels = pixels_of(image, box);
@@ -222,12 +265,15 @@ bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<co
   double background = background_of(pixels, model), grey_error = kGuessedGreyShare;
   for (std::size_t i = 0; i < count; ++i) {
     discs[i].centre_px = wanted[i].centre_px;
-    const double seen_grey = grey_near(pixels, wanted[i].centre_px, background);
-    discs[i].grey = wanted[i].grey > 0.0 ? wanted[i].grey : seen_grey;
+    const Brightest seen = brightest_near(pixels, wanted[i].centre_px);
+    discs[i].grey = wanted[i].grey > 0.0 ? wanted[i].grey : std::max(1.0, seen.grey - background);
     if (!(wanted[i].grey > 0.0)) grey_error = std::max(grey_error, kStartGreyShare);
-    if (seen_grey + background >= kClipped) grey_error = kClippedGreyShare;
+    if (seen.clipped) grey_error = kClippedGreyShare;
   }
 
+  const PixelNoise noise = noise_.with(excess);
+  const double dark_variance =
+      image.background != nullptr ? noise.variance_over_time_grey2(0.0) : noise.variance_grey2(0.0);
   NormalEquations equations(count);
   HiddenPixels hidden(pixels.box);
   double position_error = 0.0;
@@ -236,8 +282,8 @@ bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<co
     for (std::size_t i = 0; i < count; ++i) model.set(i, discs[i].centre_px, discs[i].grey);
     equations.clear();
     // Half of the squared error belongs to each direction.
-    const Tolerance tolerance{static_cast<float>(noise_excess * noise_.variance_grey2(0.0)),
-                              static_cast<float>(noise_excess * noise_.grey_variance_per_grey),
+    const Tolerance tolerance{static_cast<float>(dark_variance),
+                              static_cast<float>(noise.grey_variance_per_grey),
                               static_cast<float>(0.5 * position_error * position_error),
                               kModelError * kModelError + static_cast<float>(grey_error * grey_error),
                               position_error > kCentresKnown_px};
@@ -263,13 +309,18 @@ bool DiscFit::fit(const gpu::ImageView& image, const PixelBox& box, std::span<co
     }
     background += equations.background_step();
     if (longest < kSmallStep_px && position_error < kErrorForgotten_px) {
-      const double dof = static_cast<double>(sums.believed) - static_cast<double>(3 * count + 1);
+      const auto dark = static_cast<double>(sums.dark_believed), lit = static_cast<double>(sums.lit_believed);
+      const auto parameters = static_cast<double>(3 * count);
+      const double dof = dark + lit - parameters - 1.0;
       if (!(dof > 0.0)) return false;
       quality = {
-          background, static_cast<double>(sums.chi2) / (kTrustedChi2 * dof),
+          background,
+          chi2_per_dof(static_cast<double>(sums.dark_chi2 + sums.lit_chi2), dof),
+          chi2_per_dof(static_cast<double>(sums.dark_chi2), dark - 1.0),
+          chi2_per_dof(static_cast<double>(sums.lit_chi2), lit - parameters),
           sums.expected_light > 0.0f ? static_cast<double>(sums.seen_light / sums.expected_light) : 0.0,
           step};
-      const bool good = finish(discs, equations, model, quality, noise_excess * noise_.variance_grey2(0.0));
+      const bool good = finish(discs, equations, model, quality, dof, dark_variance);
       for (std::size_t i = 0; i < count; ++i) fitted[order[i]] = discs[i];
       return good;
     }

@@ -42,6 +42,9 @@ struct FittedDisc {
 struct FitQuality {
   double background_grey = 0.0;
   double chi2_per_dof = 0.0;  ///< of the pixels that were believed; 1 if the noise is as given
+  /// Likewise, apart for the pixels in which noise of the dark prevails and those in which that of light
+  /// does; 0: there are none.
+  double dark_chi2 = 0.0, lit_chi2 = 0.0;
   /// Share of the light that the discs should show in this box that was found; less where something unknown
   /// hides part of them or they reach beyond the image.
   double seen_share = 0.0;
@@ -60,10 +63,9 @@ class DiscFit {
   /// The expected centres are where the fit starts and nothing else: the result does not lean towards them.
   /// A known brightness counts as one more measurement. fitted[i] is expected[i]; both have at most
   /// kMaxDiscs. False: no convergence, or discs that these pixels cannot tell apart or do not show; `fitted`
-  /// is then not to be used. The box may reach beyond the image. `noise_excess`: variance of this camera's
-  /// pixels over what PixelNoise says, of compressed frames, say.
+  /// is then not to be used. The box may reach beyond the image.
   bool fit(const gpu::ImageView& image, const PixelBox& box, std::span<const ExpectedDisc> expected,
-           std::span<FittedDisc> fitted, FitQuality& quality, double noise_excess = 1.0) noexcept;
+           std::span<FittedDisc> fitted, FitQuality& quality, const NoiseExcess& excess = {}) noexcept;
 
  private:
   PixelNoise noise_;

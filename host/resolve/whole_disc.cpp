@@ -66,7 +66,7 @@ BlobDeviation WholeDiscTest::deviation(const shaders::BlobRecord& blob,
 }
 
 bool WholeDiscTest::may_be_whole(const shaders::BlobRecord& blob, const ExpectedDisc& expected,
-                                 double noise_excess) const noexcept {
+                                 const NoiseExcess& excess) const noexcept {
   // How much whole discs deviate by noise and by where they lie on the pixel grid goes with the error of
   // their centroids; the constants are what expected radius (1 %), roundness and brightness may be wrong by.
   // A high limit makes all of it larger.
@@ -79,8 +79,10 @@ bool WholeDiscTest::may_be_whole(const shaders::BlobRecord& blob, const Expected
   const BlobDeviation off = deviation(blob, expected);
   const double limit_grey = (static_cast<double>(blob.sum) - static_cast<double>(blob.weight)) / blob.area_px;
   const double high = 1.0 + noise_.limit_above_dark_grey / std::max(1.0, blob.peak - limit_grey);
+  // Errors of compression hang together over several pixels: a blob's shape suffers as if all its light did.
+  const double most = std::max(excess.dark, excess.light);
   const double noise =
-      kSigmas * std::sqrt(0.5 * noise_excess * centroid_covariance_px2(blob, noise_).trace()) / radius_px;
+      kSigmas * std::sqrt(0.5 * centroid_covariance_px2(blob, noise_.with({most, most})).trace()) / radius_px;
   if (blob.area_px >= kFewPixels &&
       (off.shape > kShape * high + noise || std::abs(off.size) > kSize * high + noise))
     return false;

@@ -28,9 +28,8 @@ class WholeDiscTest {
   /// Fewer than 1 in 1000 whole, unclipped markers are refused (decision 0021). A blob that touches the
   /// border of the image, or is clipped, is never taken for whole: its centroid does not say where the marker
   /// is as well as its pixels do.
-  /// `noise_excess` as in DiscFit::fit().
   bool may_be_whole(const shaders::BlobRecord& blob, const ExpectedDisc& expected,
-                    double noise_excess = 1.0) const noexcept;
+                    const NoiseExcess& excess = {}) const noexcept;
 
   /// Brightness of the expected disc, going by the blob's peak.
   double grey(const shaders::BlobRecord& blob, const ExpectedDisc& expected) const noexcept;

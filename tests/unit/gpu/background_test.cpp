@@ -39,6 +39,40 @@ TEST(Background, IsTheMedianPlusMargin) {
   }
 }
 
+TEST(Background, MeanIsFinerThanAGreyLevel) {
+  constexpr std::uint32_t kWidth = 97, kHeight = 59;  // more than one chunk
+  BackgroundLearner learner;
+  for (unsigned frame = 0; frame < 8; ++frame) {
+    std::vector<std::uint8_t> image(kWidth * kHeight);
+    // Pixel i is one grey brighter in i % 9 of the 8 frames.
+    for (std::size_t i = 0; i < image.size(); ++i)
+      image[i] = static_cast<std::uint8_t>(10 + i % 7 + (frame < i % 9 ? 1 : 0));
+    learner.add(view(image, kWidth, kHeight));
+  }
+  const std::vector<std::uint16_t> mean = learner.mean(3);
+  ASSERT_EQ(mean.size(), kWidth * kHeight);
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    ASSERT_EQ(mean[i], kBackgroundStepsPerGrey * (10 + i % 7) + kBackgroundStepsPerGrey / 8 * (i % 9));
+}
+
+TEST(Background, WhatPassesDoesNotCountInTheMean) {
+  BackgroundLearner learner;
+  for (std::size_t t = 0; t < 5; ++t) {
+    std::vector<std::uint8_t> image(6, 10);
+    image[t] = 250;  // a marker that moves
+    learner.add(view(image, 6, 1));
+  }
+  EXPECT_EQ(learner.mean(12), std::vector<std::uint16_t>(6, 10 * kBackgroundStepsPerGrey));
+  EXPECT_THROW((void)BackgroundLearner().mean(12), Error);
+}
+
+TEST(Background, TheMiddleOfTwoThatAreFarApartIsTheMean) {
+  BackgroundLearner learner;
+  for (const std::uint8_t grey : {std::uint8_t{0}, std::uint8_t{200}})
+    learner.add(view(std::vector<std::uint8_t>(1, grey), 1, 1));
+  EXPECT_EQ(learner.mean(12), std::vector<std::uint16_t>(1, 100 * kBackgroundStepsPerGrey));
+}
+
 TEST(Background, WhatMovesLeavesNoHoleAndWhatStandsIsMasked) {
   BackgroundLearner learner;
   for (std::size_t t = 0; t < 5; ++t) {

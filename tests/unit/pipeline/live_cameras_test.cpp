@@ -57,7 +57,7 @@ class LiveCameras : public ::testing::Test {
 
 TEST_F(LiveCameras, AreLearntFromAndThenDetectedOn) {
   auto source = std::make_unique<V4l2Source>(options_, driver_);
-  const LearntLimits learnt = learn_limits(*source, 10, 12);
+  const LearntBackgrounds learnt = learn_backgrounds(*source, 10, 12);
   EXPECT_GE(learnt.frames, 8u) << "of ten sets; a busy computer may miss one";
   lit_ = true;
   FrameInputOptions input_options;
@@ -66,7 +66,7 @@ TEST_F(LiveCameras, AreLearntFromAndThenDetectedOn) {
   input_options.max_sets = 60;
   input_options.on_capture_thread = [this] { ++capture_threads_; };
   FrameInput input(std::move(source), std::vector<gpu::Lens>(2), input_options);
-  for (std::uint32_t n = 0; n < 2; ++n) input.set_limit(n, learnt.limit_of_camera[n]);
+  for (std::uint32_t n = 0; n < 2; ++n) input.set_background(n, learnt.cameras[n]);
 
   TickBlobs tick;
   std::uint64_t ticks = 0, blobs = 0;
@@ -108,7 +108,7 @@ TEST_F(LiveCameras, ThatNeverGiveAFrameEndTheLearning) {
     driver_->with(camera.device, [](test::FakeCamera& fake) { fake.hung = true; });
   V4l2Source source(options_, driver_);
   try {
-    (void)learn_limits(source, 10, 12);
+    (void)learn_backgrounds(source, 10, 12);
     FAIL() << "learnt from nothing";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("are the cameras triggered?"), std::string::npos)

@@ -33,9 +33,8 @@ TEST(PipelineNoAllocation, OnceWarm) {
   auto input = std::make_unique<FrameInput>(std::make_unique<FrameLoop>(scene, kLength, kTicks, false),
                                             lenses, input_options);
   SimSource to_learn_from(scene);
-  const LearntLimits learnt = learn_limits(to_learn_from, 10, 12);
-  for (std::uint32_t i = 0; i < learnt.limit_of_camera.size(); ++i)
-    input->set_limit(i, learnt.limit_of_camera[i]);
+  const LearntBackgrounds learnt = learn_backgrounds(to_learn_from, 10, 12);
+  for (std::uint32_t i = 0; i < learnt.cameras.size(); ++i) input->set_background(i, learnt.cameras[i]);
   TrackPipeline pipeline(std::move(input), rig, {}, {});
 
   std::uint64_t seen = 0;

@@ -108,6 +108,52 @@ std::vector<TrueDisc> one(sim::Random& random, double radius_px, const Eigen::Ve
   return {round_disc(middle_px, radius_px, random.uniform(40.0, 200.0))};
 }
 
+TEST(DiscFit, AKnownPatternOfTheBackgroundIsNoNoise) {
+  constexpr double kRadius_px = 2.0;
+  constexpr std::uint32_t kSide_px = 24;
+  constexpr int kCases = 200;
+  PixelNoise noise;
+  noise.fixed_pattern_grey = 0.0;  // here it is in the pixels, whole grey levels of it
+  sim::Random random(5);
+  const sim::NormalTable normal;
+  DiscFit fit{PixelNoise()};
+  double known = 0.0, unknown = 0.0, none = 0.0, nees = 0.0;
+  for (int k = 0; k < kCases; ++k) {
+    const Eigen::Vector2d middle(12.0 + random.uniform(-0.5, 0.5), 12.0 + random.uniform(-0.5, 0.5));
+    const std::vector<TrueDisc> discs{round_disc(middle, kRadius_px, 60.0)};
+    DrawnImage image = draw(kSide_px, kSide_px, kDark_grey, discs, noise, random, normal);
+    ExpectedDisc expected;
+    expected.centre_px = middle + Eigen::Vector2d(0.2, -0.1);
+    expected.shape_px2 = discs[0].shape_px2;
+    FittedDisc fitted;
+    FitQuality quality;
+    const auto squared_error = [&](const std::uint16_t* background) {
+      gpu::ImageView view = image.view();
+      view.background = background;
+      EXPECT_TRUE(fit.fit(view, image.box(), {&expected, 1}, {&fitted, 1}, quality)) << "case " << k;
+      return (fitted.centre_px - middle).squaredNorm();
+    };
+    std::vector<std::uint16_t> background(image.pixels.size(), 0);
+    none += squared_error(background.data());
+    for (std::size_t i = 0; i < background.size(); ++i) {
+      const auto extra = static_cast<std::uint8_t>(random.uniform(0.0, 5.0));
+      image.pixels[i] = static_cast<std::uint8_t>(image.pixels[i] + extra);
+      background[i] =
+          static_cast<std::uint16_t>(gpu::kBackgroundStepsPerGrey * (3u + extra));  // it may have drifted
+    }
+    known += squared_error(background.data());
+    EXPECT_NEAR(quality.background_grey, kDark_grey - 3.0, 0.5);
+    const Eigen::Vector2d error = fitted.centre_px - middle;
+    nees += error.dot(fitted.covariance_px2.inverse() * error) / kCases;
+    unknown += squared_error(nullptr);
+  }
+  std::printf("rms without pattern %.4f px, known %.4f, unknown %.4f; NEES of the known %.2f\n",
+              std::sqrt(none / kCases), std::sqrt(known / kCases), std::sqrt(unknown / kCases), nees);
+  EXPECT_LT(known, 1.1 * none);
+  EXPECT_GT(unknown, 1.5 * none);
+  EXPECT_NEAR(nees, 2.0, 0.5);
+}
+
 Make two(double apart_radii) {
   return [apart_radii](sim::Random& random, double radius_px, const Eigen::Vector2d& middle_px) {
     const Eigen::Vector2d half = 0.5 * apart_radii * radius_px * any_direction(random);
