@@ -116,7 +116,7 @@ void learn_background(benchmark::State& state) {
   const Scene scene(options);
   gpu::BackgroundLearner learner;
   for (unsigned tick = 0; tick < options.ticks; ++tick) learner.add(scene.images(tick)[0]);
-  for (auto _ : state) benchmark::DoNotOptimize(learner.limit(40).data());
+  for (auto _ : state) benchmark::DoNotOptimize(learner.learn(40).limit.data());
 }
 BENCHMARK(learn_background)->Arg(5)->Arg(30)->Unit(benchmark::kMillisecond);
 

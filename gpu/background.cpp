@@ -73,15 +73,16 @@ std::vector<std::uint8_t> BackgroundLearner::median() const {
   return result;
 }
 
-std::vector<std::uint8_t> BackgroundLearner::limit(unsigned margin) const {
-  std::vector<std::uint8_t> result = median();
-  for (std::uint8_t& value : result)
+Background BackgroundLearner::learn(unsigned margin) const {
+  Background learnt{median(), {}};
+  learnt.mean = mean_near(learnt.limit, margin);
+  for (std::uint8_t& value : learnt.limit)
     value = static_cast<std::uint8_t>(std::min(255u, value + std::min(margin, 255u)));
-  return result;
+  return learnt;
 }
 
-std::vector<std::uint16_t> BackgroundLearner::mean(unsigned margin) const {
-  const std::vector<std::uint8_t> middle = median();
+std::vector<std::uint16_t> BackgroundLearner::mean_near(const std::vector<std::uint8_t>& middle,
+                                                        unsigned margin) const {
   std::vector<std::uint16_t> result(middle.size());
   const int most = static_cast<int>(std::min(margin, 255u));
   std::array<std::uint32_t, kChunk> sum, count;

@@ -127,7 +127,7 @@ std::filesystem::path background_file(const std::filesystem::path& where, const 
               ".png or the like)");
 }
 
-using Backgrounds = std::vector<CameraBackground>;
+using Backgrounds = std::vector<gpu::Background>;
 
 Backgrounds backgrounds_from_files(std::span<const SourceCamera> cameras, const std::string& where,
                                    unsigned threshold) {
@@ -142,7 +142,7 @@ Backgrounds backgrounds_from_files(std::span<const SourceCamera> cameras, const 
     }
     gpu::BackgroundLearner learner;
     learner.add(image.view());
-    backgrounds.push_back(CameraBackground::of(learner, threshold));
+    backgrounds.push_back(learner.learn(threshold));
   }
   return backgrounds;
 }

@@ -61,7 +61,7 @@ FrameInput::~FrameInput() {
   while (count_-- > 0) (void)detector_->collect(rest);  // frames in flight are still lent to the device
 }
 
-void FrameInput::set_background(std::uint32_t camera, CameraBackground background) {
+void FrameInput::set_background(std::uint32_t camera, gpu::Background background) {
   detector_->set_limit(camera, background.limit);
   source_->set_limit(camera, background.limit);
   backgrounds_[camera] = std::move(background);

@@ -9,11 +9,11 @@
 #include <optional>
 #include <thread>
 
+#include "gpu/background.hpp"
 #include "host/assemble/code_alignment.hpp"
 #include "host/assemble/ledger.hpp"
 #include "host/base/ring.hpp"
 #include "host/capture/pacer.hpp"
-#include "host/pipeline/camera_background.hpp"
 #include "host/pipeline/tick_input.hpp"
 
 namespace glint {
@@ -38,7 +38,7 @@ class FrameInput final : public TickInput {
   ~FrameInput() override;
 
   /// Until it is set, no pixel of that camera is bright. Before the first next(). Throws gpu::Error.
-  void set_background(std::uint32_t camera, CameraBackground background);
+  void set_background(std::uint32_t camera, gpu::Background background);
   std::span<const SourceCamera> cameras() const noexcept override { return source_->cameras(); }
   bool live() const noexcept override { return source_->live(); }
   double rate_hz() const noexcept override { return source_->rate_hz(); }
@@ -73,7 +73,7 @@ class FrameInput final : public TickInput {
   std::vector<FrameSet> in_flight_;  // oldest at in_flight_[oldest_]
   std::size_t oldest_ = 0, count_ = 0;
   std::vector<gpu::ImageView> images_;
-  std::vector<CameraBackground> backgrounds_;
+  std::vector<gpu::Background> backgrounds_;
   std::vector<std::optional<std::uint32_t>> last_sequence_;  // per camera, of the last frame used
   gpu::BlobBatch batch_;
   std::unique_ptr<CodeAlignment> alignment_;  // if pulses are coded

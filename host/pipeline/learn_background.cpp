@@ -61,7 +61,7 @@ LearntBackgrounds learn_backgrounds(FrameSource& source, std::size_t frames, uns
                   (source.problem().empty() ? "" : ": " + source.problem()));
     }
     learnt.frames = std::min(learnt.frames, learners[i].frames());
-    learnt.cameras.push_back(CameraBackground::of(learners[i], margin));
+    learnt.cameras.push_back(learners[i].learn(margin));
   }
   return learnt;
 }

@@ -5,13 +5,13 @@
 #include <cstddef>
 #include <vector>
 
+#include "gpu/background.hpp"
 #include "host/frames/source.hpp"
-#include "host/pipeline/camera_background.hpp"
 
 namespace glint {
 
 struct LearntBackgrounds {
-  std::vector<CameraBackground> cameras;
+  std::vector<gpu::Background> cameras;
   std::size_t frames = 0;  ///< learnt from, of the camera that gave fewest
 };
 

@@ -26,7 +26,7 @@ TEST(Background, IsTheMedianPlusMargin) {
       learner.add(view(image, kWidth, kHeight));
     }
     EXPECT_EQ(learner.frames(), frames);
-    const std::vector<std::uint8_t> limit = learner.limit(40);
+    const std::vector<std::uint8_t> limit = learner.learn(40).limit;
     ASSERT_EQ(limit.size(), kWidth * kHeight);
     for (std::size_t i = 0; i < limit.size(); ++i) {
       std::vector<unsigned> values;
@@ -49,7 +49,7 @@ TEST(Background, MeanIsFinerThanAGreyLevel) {
       image[i] = static_cast<std::uint8_t>(10 + i % 7 + (frame < i % 9 ? 1 : 0));
     learner.add(view(image, kWidth, kHeight));
   }
-  const std::vector<std::uint16_t> mean = learner.mean(3);
+  const std::vector<std::uint16_t> mean = learner.learn(3).mean;
   ASSERT_EQ(mean.size(), kWidth * kHeight);
   for (std::size_t i = 0; i < mean.size(); ++i)
     ASSERT_EQ(mean[i], kBackgroundStepsPerGrey * (10 + i % 7) + kBackgroundStepsPerGrey / 8 * (i % 9));
@@ -62,15 +62,14 @@ TEST(Background, WhatPassesDoesNotCountInTheMean) {
     image[t] = 250;  // a marker that moves
     learner.add(view(image, 6, 1));
   }
-  EXPECT_EQ(learner.mean(12), std::vector<std::uint16_t>(6, 10 * kBackgroundStepsPerGrey));
-  EXPECT_THROW((void)BackgroundLearner().mean(12), Error);
+  EXPECT_EQ(learner.learn(12).mean, std::vector<std::uint16_t>(6, 10 * kBackgroundStepsPerGrey));
 }
 
 TEST(Background, TheMiddleOfTwoThatAreFarApartIsTheMean) {
   BackgroundLearner learner;
   for (const std::uint8_t grey : {std::uint8_t{0}, std::uint8_t{200}})
     learner.add(view(std::vector<std::uint8_t>(1, grey), 1, 1));
-  EXPECT_EQ(learner.mean(12), std::vector<std::uint16_t>(1, 100 * kBackgroundStepsPerGrey));
+  EXPECT_EQ(learner.learn(12).mean, std::vector<std::uint16_t>(1, 100 * kBackgroundStepsPerGrey));
 }
 
 TEST(Background, WhatMovesLeavesNoHoleAndWhatStandsIsMasked) {
@@ -81,7 +80,7 @@ TEST(Background, WhatMovesLeavesNoHoleAndWhatStandsIsMasked) {
     image[12] = 220;  // a lamp
     learner.add(view(image, 16, 1));
   }
-  const std::vector<std::uint8_t> limit = learner.limit(40);
+  const std::vector<std::uint8_t> limit = learner.learn(40).limit;
   for (std::size_t x = 0; x < 16; ++x) EXPECT_EQ(limit[x], x == 12 ? 255 : 50) << x;
 }
 
@@ -89,12 +88,12 @@ TEST(Background, ReadsRowsByStride) {
   const std::vector<std::uint8_t> pixels = {1, 2, 99, 3, 4, 99};
   BackgroundLearner learner;
   learner.add({pixels.data(), 2, 2, 3, PixelFormat::Grey8});
-  EXPECT_EQ(learner.limit(0), (std::vector<std::uint8_t>{1, 2, 3, 4}));
+  EXPECT_EQ(learner.learn(0).limit, (std::vector<std::uint8_t>{1, 2, 3, 4}));
 }
 
 TEST(Background, RefusesWhatItCannotLearnFrom) {
   BackgroundLearner learner;
-  EXPECT_THROW(learner.limit(1), Error);
+  EXPECT_THROW((void)learner.learn(1), Error);
   EXPECT_THROW(learner.add({}), Error);
   const std::vector<std::uint8_t> pixels(12, 7);
   learner.add(view(pixels, 4, 3));
