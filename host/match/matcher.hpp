@@ -23,10 +23,10 @@ namespace glint {
 inline constexpr std::size_t kMatchCameras = 32;
 
 struct MatchOptions {
-  double sigma_px = 0.002;  ///< what centroids err by besides the noise of their pixels, per axis; a camera's
-                            ///< calibration rms_px is added in quadrature
-  double gate_px = 1.0;     ///< largest reprojection residual of a blob that may belong to a point, besides
-                            ///< what the calibration errs by (3.5 times its rms_px, in quadrature)
+  double sigma_px = 0.0005;  ///< what centroids err by besides the noise of their pixels, per axis; a
+                             ///< camera's calibration rms_px is added in quadrature
+  double gate_px = 1.0;      ///< largest reprojection residual of a blob that may belong to a point, besides
+                             ///< what the calibration errs by (3.5 times its rms_px, in quadrature)
   unsigned min_cameras = 2;  ///< views that a point needs
   double marker_radius_m =
       0.0;                  ///< 0: unknown; else sphere-projection bias is removed and blob sizes are checked

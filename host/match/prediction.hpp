@@ -20,7 +20,7 @@ struct PredictedMode {
   bool erratic = false;  ///< anything goes: three views must agree on it where there are three cameras
 };
 
-inline constexpr std::size_t kMotionModes = 3;
+inline constexpr std::size_t kMotionModes = 5;
 
 /// Where a camera shows a marker, other than its calibration says: errors of the calibration, which change
 /// slowly with the marker's place.

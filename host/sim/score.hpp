@@ -41,7 +41,7 @@ struct ScoreResult {
   double rms_clean_m = 0.0;  ///< only markers clean in every camera that the point used
   /// Of the clean points at the ticks where the bound was computed: its root mean square, the ratio of the
   /// points' RMS error to it, and the median error over bound, divided by what it would be for normal errors
-  /// at the bound.
+  /// at the bound. The bound is that of one exposure; tracks, which know more, may be below it.
   double bound_rms_m = 0.0, ratio = 0.0, median_ratio = 0.0;
 };
 

@@ -15,17 +15,24 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-enum : std::size_t { kSteady, kPull, kRough };
+enum : std::size_t { kFree, kSteady, kGentle, kPull, kRough };
 
-// Process noise in units of the usual acceleration: that of a marker in flight hardly changes, that of one
-// which is pulled does about thirty times a second, and one that is pulled about has five times as much,
-// another at every exposure.
-constexpr double kSteadyChanges_per_s = 0.1, kPullChanges_per_s = 30.0, kRoughShare = 5.0;
-// Changes per second from one kind of motion (row) to another (column).
-constexpr double kRate_per_s[kMotionModes][kMotionModes] = {
-    {0.0, 3.0, 1.0}, {3.0, 0.0, 1.0}, {10.0, 10.0, 0.0}};
-constexpr std::array<double, kMotionModes> kFirstWeights{0.3, 0.4, 0.3};
-constexpr double kLeastWeight = 1e-4;  // a model that was right a second ago may be so again
+// Process noise in units of the usual acceleration. That of a marker in free flight does not change, that of
+// one which is moved steadily hardly, of one that is swung several times a second somewhat, and of one that
+// is pulled about thirty times a second; one that is pulled about has five times as much, another at every
+// exposure. Steps of that size keep each motion near to one of the models: one that thinks a marker more
+// restless than it is smooths little, one that thinks it calmer lags behind.
+constexpr std::array<double, kRough> kChanges_per_s{0.003, 0.05, 1.0, 30.0};
+constexpr double kRoughShare = 5.0;
+// Changes per second from one kind of motion (row) to another (column). Seldom: what a model that was not in
+// force adds to the others each time is what limits how much they smooth.
+constexpr double kRate_per_s[kMotionModes][kMotionModes] = {{0.0, 0.3, 0.1, 0.1, 1.0},
+                                                            {0.3, 0.0, 0.3, 0.1, 1.0},
+                                                            {0.1, 0.3, 0.0, 0.3, 1.0},
+                                                            {0.1, 0.1, 0.3, 0.0, 1.0},
+                                                            {5.0, 5.0, 5.0, 5.0, 0.0}};
+constexpr std::array<double, kMotionModes> kFirstWeights{0.1, 0.2, 0.2, 0.2, 0.3};
+constexpr double kLeastWeight = 1e-10;  // a model that was right a second ago may be so again: never zero
 // A marker that hits something goes on in any direction, about as fast as before, from some moment between
 // two exposures: once in so many exposures, looked for in so many after it was last seen.
 constexpr double kImpactWeight = 0.01, kImpactSpeedFactor = 1.2, kImpactSpeedOffset_m_s = 1.0;
@@ -91,11 +98,12 @@ void Motion::mix(double seconds) noexcept {
     }
     if (j == kRough) continue;
     // Where the acceleration is not known, it is what the others think, apart from everything else.
-    const double knowing = to[kSteady][j] + to[kPull][j];
+    const double knowing = total[j] - to[kRough][j];
     if (!(knowing > 0.0)) continue;
-    m.a = (to[kSteady][j] * before[kSteady].a + to[kPull][j] * before[kPull].a) / knowing;
+    m.a = Vector3d::Zero();
+    for (std::size_t i = 0; i < kRough; ++i) m.a += to[i][j] / knowing * before[i].a;
     m.pa = m.va = m.aa = Matrix3d::Zero();
-    for (const std::size_t i : {kSteady, kPull}) {
+    for (std::size_t i = 0; i < kRough; ++i) {
       const double share = to[i][j] / total[j];
       const Vector3d da = before[i].a - m.a;
       m.pa += share * (before[i].pa + (before[i].p - m.p) * da.transpose());
@@ -127,7 +135,7 @@ void Motion::advance(double seconds, double acceleration_sd_m_s2) noexcept {
       m.pa = pa + t * va + h * m.aa;
       m.vv = vv + t * (va + va.transpose()) + t * t * m.aa;
       m.va = va + t * m.aa;
-      q = std::pow(acceleration_sd_m_s2 * (i == kSteady ? kSteadyChanges_per_s : kPullChanges_per_s) * t, 2);
+      q = std::pow(acceleration_sd_m_s2 * kChanges_per_s[i] * t, 2);
       m.pa.diagonal().array() += q * h;
       m.va.diagonal().array() += q * t;
       m.aa.diagonal().array() += q;

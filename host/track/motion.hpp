@@ -18,9 +18,9 @@ struct PositionEvidence {
 };
 
 /// Interacting multiple models (Blom and Bar-Shalom, IEEE Trans. Automatic Control 33, 1988): a marker under
-/// a steady acceleration (in flight, at rest), one that is pulled by a changing one, and one that is pulled
-/// about. The last has no acceleration in its state: when the three are mixed it says nothing of it (Yuan,
-/// Han, Bar-Shalom, 2012, "unbiased mixing"). Units m, s.
+/// an acceleration that changes not at all (in flight, at rest), hardly, somewhat or much, and one that is
+/// pulled about. The last has no acceleration in its state: when the five are mixed it says nothing of it
+/// (Yuan, Han, Bar-Shalom, 2012, "unbiased mixing"). Units m, s.
 class Motion {
  public:
   /// A marker first seen: its velocity is zero within velocity_sd_m_s per axis, its acceleration within the

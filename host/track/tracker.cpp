@@ -19,7 +19,7 @@ namespace {
 // say, and such markers are what the gate is for.
 constexpr double kGateChi2 = 25.0;
 // Triangulation does not know all of its errors; below this the filter would trust it blindly.
-constexpr double kMeasurementFloor_m = 5e-6;
+constexpr double kMeasurementFloor_m = 1e-6;
 // Points of unknown origin per cubic metre and frame: what an assignment must beat. Only its logarithm
 // counts.
 constexpr double kNewPointDensity = 0.01;
