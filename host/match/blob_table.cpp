@@ -80,6 +80,7 @@ void BlobTable::fill(std::span<const std::span<const shaders::BlobRecord>> blobs
       blob.suspect = blob.elongated = false;
       blob.saturated = (record.flags & shaders::kBlobSaturated) != 0;
       blob.resolved = false;
+      blob.light = 0.0f;
 
       blob.covariance_px2 = own_covariance(record, blob);
       blob.covariance_px2.diagonal().array() += calibration_variance_px2_[camera];
@@ -135,13 +136,14 @@ Eigen::Matrix2d BlobTable::own_covariance(const shaders::BlobRecord& record,
 }
 
 void BlobTable::resolve(std::uint32_t blob, const Eigen::Vector2d& centre,
-                        const Eigen::Matrix2d& covariance_px2) {
-  resolved_.push_back({blob, centre, covariance_px2});
+                        const Eigen::Matrix2d& covariance_px2, double light, bool partial) {
+  resolved_.push_back({blob, centre, covariance_px2, light, partial});
 }
 
-void BlobTable::doubt(std::uint32_t blob) noexcept {
+void BlobTable::doubt(std::uint32_t blob, double radius_px) noexcept {
   MatchBlob& b = blobs_[blob];
-  b.covariance_px2.diagonal().array() += std::pow(kBorderOffsetOfRadius * std::max(b.radius_px, 1.0), 2);
+  b.covariance_px2.diagonal().array() +=
+      std::pow(kBorderOffsetOfRadius * std::max(b.radius_px, radius_px), 2);
   b.sigma_px = largest_sigma(b.covariance_px2);
   b.suspect = true;
 }
@@ -166,7 +168,9 @@ void BlobTable::settle() {
         part.covariance_px2.diagonal().array() +=
             options_.sigma_px * options_.sigma_px + calibration_variance_px2_[camera];
         part.sigma_px = largest_sigma(part.covariance_px2);
-        part.suspect = part.elongated = part.saturated = false;
+        part.suspect = resolved_[next].partial;
+        part.light = static_cast<float>(resolved_[next].light);
+        part.elongated = part.saturated = false;
         part.resolved = part.radius_px != 0.0;  // of whole() it is 0: then the centroid was right, too
         part.radius_px = 0.0;
       }

@@ -29,8 +29,9 @@ struct MatchBlob {
   std::uint32_t record;  ///< index into the camera's blobs as they were detected; several blobs may share one
   bool usable;           ///< the lens model can be inverted here
   bool elongated;        ///< longer than one marker looks
-  bool suspect;          ///< that, cut off by the border, or explained by another point
+  bool suspect;          ///< that, or cut off by the border, hidden in part, or explained by another point
   bool saturated;
+  float light;    ///< brightness of its marker, in units of what is usual for the camera; 0: not known
   bool resolved;  ///< placed by its pixels because its centroid is not one marker's; then radius_px is 0
 };
 
@@ -45,12 +46,16 @@ class BlobTable {
 
   /// What a closer look makes of a blob, for settle(): the first for a blob replaces it, further ones of the
   /// same are new blobs beside it. `centre` in the z = 1 plane; the covariance is the blob's own, in
-  /// undistorted pixels.
-  void resolve(std::uint32_t blob, const Eigen::Vector2d& centre, const Eigen::Matrix2d& covariance_px2);
+  /// undistorted pixels. `light`: see MatchBlob. `partial`: something may hide some of the marker.
+  void resolve(std::uint32_t blob, const Eigen::Vector2d& centre, const Eigen::Matrix2d& covariance_px2,
+               double light, bool partial);
   /// The blob is the whole image of one marker: its size says nothing more.
-  void whole(std::uint32_t blob) noexcept { blobs_[blob].radius_px = 0.0; }
-  /// Nothing explains the blob: its centroid may be off by a good part of its radius.
-  void doubt(std::uint32_t blob) noexcept;
+  void whole(std::uint32_t blob, double light) noexcept {
+    blobs_[blob].radius_px = 0.0;
+    blobs_[blob].light = static_cast<float>(light);
+  }
+  /// Nothing explains the blob: its centroid may be off by a good part of the marker's radius.
+  void doubt(std::uint32_t blob, double radius_px) noexcept;
   /// Puts what was resolved in its place. Numbers of blobs change.
   void settle();
 
@@ -122,6 +127,8 @@ class BlobTable {
     std::uint32_t blob;
     Eigen::Vector2d centre;
     Eigen::Matrix2d covariance_px2;
+    double light;
+    bool partial;
   };
   std::vector<gpu::Lens> lenses_;
   std::vector<MatchBlob> blobs_, settled_;

@@ -77,6 +77,7 @@ struct Matcher::Impl {
   bool collect_all_pairs(unsigned min_views, Seeds seeds, std::size_t limit);
   void suspect_what_points_explain();
   void select(double bonus);
+  void suspect_slivers(Point& point) const noexcept;
   Point& accept(std::span<const std::uint32_t> blobs, const Triangulated& found);
 
   const MatchOptions options;
@@ -92,6 +93,7 @@ struct Matcher::Impl {
   std::vector<std::uint32_t> chosen, elements;
   std::vector<std::uint8_t> settled;  // by prediction: has its blobs
 
+  std::span<const std::span<const shaders::BlobRecord>> records;
   std::span<const Prediction> predictions;
   std::vector<Point>* points = nullptr;
   MatchCounters* counters = nullptr;
@@ -116,6 +118,7 @@ void Matcher::match(std::span<const std::span<const shaders::BlobRecord>> blobs,
   m.points = &points;
   m.counters = &counters;
   m.predictions = predictions;
+  m.records = blobs;
   m.packed = {};
   m.table.fill(blobs);
   counters.blobs += m.table.size();
@@ -260,11 +263,27 @@ void Matcher::Impl::select(double bonus) {
     packing.add(hypotheses.blobs_of(hypotheses[k]), hypotheses[k].score + bonus);
   packing.solve(chosen, packed);
   std::sort(chosen.begin(), chosen.end());
-  for (const std::uint32_t k : chosen)
-    accept(hypotheses.blobs_of(hypotheses[k]), hypotheses[k].point).certain = hypotheses.certain(k);
+  for (const std::uint32_t k : chosen) {
+    Point& point = accept(hypotheses.blobs_of(hypotheses[k]), hypotheses[k].point);
+    if (!point.doubtful) suspect_slivers(point);
+    point.certain = hypotheses.certain(k) && !point.doubtful;
+  }
   counters->hypotheses += hypotheses.size();
   counters->hypotheses_cut += hypotheses.cut();
   counters->held_back += hypotheses.held_back();
+}
+
+// What is left of a marker in several cameras may meet as well as all of it would.
+void Matcher::Impl::suspect_slivers(Point& point) const noexcept {
+  if (!(options.marker_radius_m > 0.0)) return;
+  unsigned whole = 0;
+  for (std::uint32_t camera = 0; camera < cameras.size(); ++camera) {
+    const std::int32_t record = point.blob_of_camera[camera];
+    if (record >= 0 && pixels.shows_whole(camera, records[camera][static_cast<std::size_t>(record)],
+                                          point.position_in_world))
+      ++whole;
+  }
+  point.doubtful = whole < 2;
 }
 
 Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangulated& found) {
@@ -276,11 +295,13 @@ Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangu
   point.information_per_m2 = found.information_per_m2;
   point.gradient_per_m = found.gradient_per_m;
   point.blob_of_camera.fill(-1);
+  unsigned whole = 0;
   Eigen::Matrix3d by_calibration = Eigen::Matrix3d::Zero();
   for (const std::uint32_t blob : blobs) {
     const std::uint32_t camera = table[blob].camera;
     point.blob_of_camera[camera] = static_cast<std::int32_t>(table[blob].record);
-    point.doubtful = point.doubtful || table[blob].suspect;
+    if (!table[blob].suspect) ++whole;
+    point.light = std::max(point.light, table[blob].light);
     if (table[blob].resolved) point.resolved |= std::uint32_t{1} << camera;
     table.claim(blob);
     Eigen::Vector2d pixel;
@@ -292,6 +313,7 @@ Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangu
     point.noise_px2[camera] = static_cast<float>(0.5 * table[blob].covariance_px2.trace() - calibration_px2);
     if (calibration_px2 > 0.0) by_calibration += jacobian.transpose() * jacobian / calibration_px2;
   }
+  point.doubtful = whole < 2;
   point.calibration_covariance_m2.setZero();
   if (point.views >= 2 && by_calibration.trace() > 0.0) {
     // Where two cameras face each other, their calibration alone bounds little; a metre is as good as

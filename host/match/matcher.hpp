@@ -54,8 +54,7 @@ struct Point {
   /// New, and a marker beyond doubt: no other reading of its blobs is nearly as likely, and there are three
   /// views, or two good ones that meet as chance hardly ever lets them, of a place that no other camera sees.
   bool certain = false;
-  bool doubtful =
-      false;  ///< one of its blobs is cut off, or more or less than one marker, and was not resolved
+  bool doubtful = false;   ///< fewer than two of its blobs show the whole of one marker
   TrackId predicted_by{};  ///< track whose prediction claimed the blobs; 0: none
   /// What the views alone say near `position_in_world`: minus half the second derivative of their
   /// log-likelihood, and its first, which is 0 where they alone decide. One view fixes two directions of
@@ -66,6 +65,7 @@ struct Point {
   /// variance per axis.
   std::array<Eigen::Vector2f, kMatchCameras> residual_px;
   std::array<float, kMatchCameras> noise_px2;
+  float light = 0.0f;  ///< of the brightest view, in units of what is usual for its camera; 0: not known
   std::uint32_t resolved =
       0;  ///< bit set of cameras whose blob was placed by its pixels: its centroid is another one
   /// What errors of the calibration add to the covariance; 0 for one view, of which they are not known.

@@ -14,6 +14,11 @@ namespace {
 
 constexpr double kVague_px =
     4.0;  // a track less certain than this (one sigma) cannot say what a blob is made of
+// A marker that shines with so little of what is usual is not seen itself, but what something leaves of it;
+// one that lacks so much light may be hidden in part.
+constexpr double kDimShare = 0.4, kWholeShare = 0.75;
+constexpr double kWholeSeen = 0.75;     // likewise, of the light that a fitted disc should have
+constexpr double kPartialOffset = 0.2;  // what its place is then off by, in radii
 constexpr double kSigmas = 3.0;
 constexpr double kMargin_px = 1.0;    // around a blob's box: its outline lies outside of its pixels' centres
 constexpr int kWindow_px = 2;         // of dark around the blob, for the background and the flanks
@@ -47,6 +52,10 @@ LongAxis long_axis(const shaders::BlobRecord& record) noexcept {
           0.5 * (xx + yy - difference)};
 }
 
+double radius_of(const ExpectedDisc& disc) noexcept {
+  return std::sqrt(std::sqrt(std::max(0.0, disc.shape_px2.determinant())));
+}
+
 }  // namespace
 
 PixelLook::PixelLook(std::span<const Camera> cameras, const MatchOptions& options, BlobTable& table,
@@ -57,7 +66,8 @@ PixelLook::PixelLook(std::span<const Camera> cameras, const MatchOptions& option
       expected_(expected),
       fit_(PixelNoise{}),
       whole_(PixelNoise{}),
-      noise_excess_(cameras.size()) {
+      noise_excess_(cameras.size()),
+      usual_(cameras.size()) {
   wishes_.reserve(kReserved);
   needed_.reserve(kReserved);
   welcome_.reserve(kReserved);
@@ -140,7 +150,7 @@ void PixelLook::collect(std::uint32_t camera, std::span<const shaders::BlobRecor
       const double x = disc->centre_px.x(), y = disc->centre_px.y();
       if (x > static_cast<double>(r.x_min_px) - slack && x < static_cast<double>(r.x_max_px) + slack &&
           y > static_cast<double>(r.y_min_px) - slack && y < static_cast<double>(r.y_max_px) + slack)
-        wishes_.push_back({blob, *disc});
+        wishes_.push_back({blob, *disc, prediction.brightness});
     });
   }
 }
@@ -150,7 +160,10 @@ bool PixelLook::needs_look(std::uint32_t camera, const shaders::BlobRecord& reco
   // Two markers may be expected where one is, the other being hidden or somewhere near.
   for (const Wish& wish : wishes)
     if (whole_.may_be_whole(record, wish.disc, noise_excess_[camera])) {
-      table_.whole(wish.blob);
+      const double light = light_of(camera, whole_.grey(record, wish.disc), wish.disc);
+      if (light < kDimShare * wish.brightness) continue;
+      table_.whole(wish.blob, light);
+      if (light < kWholeShare * wish.brightness) table_.suspect(wish.blob);
       return false;
     }
   return true;
@@ -173,10 +186,10 @@ void PixelLook::resolve(std::uint32_t camera, const shaders::BlobRecord& record,
     found = fit_stranger(camera, record, image, blob, discs[0], 0.0);
   // Which of several a whole blob belongs to is not known here, and each has a size of its own.
   if (whole && count > 1) return;
-  if (!found) found = fit(camera, record, image, blob, {discs.data(), count}, 0.0);
+  if (!found) found = fit(camera, record, image, blob, {discs.data(), count}, 0.0, wishes[0].brightness);
   for (std::size_t k = 0; count > 1 && k < count && !found; ++k)
-    found = fit(camera, record, image, blob, {&discs[k], 1}, 0.0);
-  if (!found && !whole) table_.doubt(blob);
+    found = fit(camera, record, image, blob, {&discs[k], 1}, 0.0, wishes[k].brightness);
+  if (!found && !whole) table_.doubt(blob, radius_of(discs[0]));
   ++(found ? counters.resolved : counters.unresolved);
 }
 
@@ -188,9 +201,9 @@ bool PixelLook::fit_stranger(std::uint32_t camera, const shaders::BlobRecord& re
   const LongAxis axis = long_axis(record);
   discs[0].centre_px = axis.centroid_px + axis.apart_px;
   discs[1].centre_px = axis.centroid_px - axis.apart_px;
-  if (fit(camera, record, image, blob, discs, size_sd_px)) return true;
+  if (fit(camera, record, image, blob, discs, size_sd_px, 1.0)) return true;
   std::swap(discs[0].centre_px, discs[1].centre_px);  // which is nearer, and hides the other, is not known
-  return fit(camera, record, image, blob, discs, size_sd_px);
+  return fit(camera, record, image, blob, discs, size_sd_px, 1.0);
 }
 
 // Nobody expects anything here, but no single marker is so long: two that touch, of a size that the blob's
@@ -209,6 +222,22 @@ bool PixelLook::fit_strangers(std::uint32_t camera, const shaders::BlobRecord& r
   return false;
 }
 
+// In units of the usual brightness; 1 where that is not known.
+double PixelLook::light_of(std::uint32_t camera, double grey, const ExpectedDisc& disc) const noexcept {
+  const double usual = usual_[camera].grey(radius_of(disc));
+  return usual > 0.0 ? grey / usual : 1.0;
+}
+
+bool PixelLook::shows_whole(std::uint32_t camera, const shaders::BlobRecord& record,
+                            const Eigen::Vector3d& position_in_world) const noexcept {
+  std::optional<ExpectedDisc> disc =
+      expected_disc(cameras_[camera], position_in_world, Eigen::Vector3d::Zero(), options_.marker_radius_m,
+                    options_.exposure_s);
+  if (!disc) return true;
+  disc->grey = usual_[camera].grey(radius_of(*disc));
+  return !(disc->grey > 0.0) || whole_.deviation(record, *disc).weight > kWholeShare - 1.0;
+}
+
 // What a camera's pixels err by is what its markers show: half of the fits should leave less than the noise
 // that is assumed, and half more. A median does not mind the few that are not what they were taken for.
 // Compressed frames are several times as noisy as raw ones.
@@ -223,7 +252,8 @@ void PixelLook::learn_noise(std::uint32_t camera, const FitQuality& quality) noe
 }
 
 bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
-                    std::uint32_t blob, std::span<const ExpectedDisc> discs, double size_sd_px) {
+                    std::uint32_t blob, std::span<const ExpectedDisc> discs, double size_sd_px,
+                    double brightness) {
   const PixelBox box{
       static_cast<int>(record.x_min_px) - kWindow_px, static_cast<int>(record.y_min_px) - kWindow_px,
       static_cast<int>(record.x_max_px) + kWindow_px, static_cast<int>(record.y_max_px) + kWindow_px};
@@ -240,9 +270,16 @@ bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, con
     if (!centre || !(largest_sigma(centre->covariance_px2) < kWorstSigma_px)) return false;
     centres[k] = *centre;
   }
+  const bool alone = discs.size() == 1, seen = quality.seen_share > kWholeSeen;
+  const double light = alone ? light_of(camera, fitted[0].grey, discs[0]) : 0.0;
+  if (alone && light < kDimShare * brightness) return false;
+  const bool partial = alone && (!seen || light < kWholeShare * brightness);
+  if (alone && seen) usual_[camera].learn(fitted[0].grey, radius_of(discs[0]));
+  const double more_px = partial ? kPartialOffset * radius_of(discs[0]) : size_sd_px;
   for (std::size_t k = 0; k < discs.size(); ++k)
     table_.resolve(blob, centres[k].normalized,
-                   centres[k].covariance_px2 + size_sd_px * size_sd_px * Eigen::Matrix2d::Identity());
+                   centres[k].covariance_px2 + more_px * more_px * Eigen::Matrix2d::Identity(), light,
+                   partial);
   return true;
 }
 

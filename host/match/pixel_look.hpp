@@ -11,6 +11,7 @@
 #include "host/match/blob_table.hpp"
 #include "host/match/expected_views.hpp"
 #include "host/match/prediction.hpp"
+#include "host/match/usual_brightness.hpp"
 #include "host/resolve/disc_fit.hpp"
 #include "host/resolve/whole_disc.hpp"
 
@@ -30,10 +31,16 @@ class PixelLook {
             std::span<const gpu::ImageView> images, std::span<const Prediction> predictions,
             MatchCounters& counters);
 
+  /// Whether a blob that nobody expected shows all the light of a marker at this place; true if it is not
+  /// known how much that is.
+  bool shows_whole(std::uint32_t camera, const shaders::BlobRecord& record,
+                   const Eigen::Vector3d& position_in_world) const noexcept;
+
  private:
   struct Wish {
     std::uint32_t blob;
     ExpectedDisc disc;
+    double brightness;  ///< see Prediction
   };
   struct Look {  // wishes_[first, first + count) are of one blob
     std::uint32_t camera, first, count;
@@ -41,6 +48,7 @@ class PixelLook {
   void collect(std::uint32_t camera, std::span<const shaders::BlobRecord> records,
                std::span<const Prediction> predictions);
   bool needs_look(std::uint32_t camera, const shaders::BlobRecord& record, std::span<const Wish> wishes);
+  double light_of(std::uint32_t camera, double grey, const ExpectedDisc& disc) const noexcept;
   void learn_noise(std::uint32_t camera, const FitQuality& quality) noexcept;
   void resolve(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
                std::span<const Wish> wishes, MatchCounters& counters);
@@ -49,7 +57,7 @@ class PixelLook {
   bool fit_strangers(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
                      std::uint32_t blob);
   bool fit(std::uint32_t camera, const shaders::BlobRecord& record, const gpu::ImageView& image,
-           std::uint32_t blob, std::span<const ExpectedDisc> discs, double size_sd_px);
+           std::uint32_t blob, std::span<const ExpectedDisc> discs, double size_sd_px, double brightness);
 
   std::span<const Camera> cameras_;
   const MatchOptions& options_;
@@ -58,6 +66,7 @@ class PixelLook {
   DiscFit fit_;
   WholeDiscTest whole_;
   std::vector<NoiseExcess> noise_excess_;  // by camera: see learn_noise()
+  std::vector<UsualBrightness> usual_;     // by camera
   std::vector<Wish> wishes_;
   std::vector<Look> needed_, welcome_;
   std::vector<std::uint32_t> unexpected_;  // blobs that no track expects and that are too long for one marker

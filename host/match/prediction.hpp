@@ -38,6 +38,7 @@ struct Prediction {
   std::array<PredictedMode, kMotionModes> modes{};
   std::uint32_t mode_count = 0;      ///< 0: one mode, the two above
   std::span<const ViewBias> bias{};  ///< by camera, borrowed until the match; empty: not known
+  double brightness = 1.0;           ///< of the marker, in units of what is usual for a camera
   bool single_view = false;          ///< known well enough that one camera may claim a blob for it
 };
 

@@ -33,6 +33,14 @@ constexpr double kNeighbour_m = 0.3;
 constexpr double kLost_m = 0.1;  // a position known no better is no position
 constexpr unsigned kSettledFrames =
     4;  // measured so often, a track is known well enough to live on one camera
+// Where a track is known so well, and was so few frames ago, a bad view cannot have misled it unless it is
+// this far from what was expected (5 %, three degrees of freedom).
+constexpr double kSharp_m = 2e-3, kAsExpectedChi2 = 7.8;
+constexpr unsigned kFewFrames = 2;
+// A marker that is dull in all cameras is no sliver of a bright one: so many frames tell, and by so much is
+// what is thought of its brightness moved each time.
+constexpr unsigned kDullFrames = 10;
+constexpr double kBrightnessStep = 1.03, kDullest = 0.1, kBrightest = 2.0;
 // A point this near to a track that has its own (squared Mahalanobis distance) is a second look at the same
 // marker.
 constexpr double kSameChi2 = 16.0;
@@ -48,6 +56,7 @@ struct Track {
   std::uint32_t age = 0;          ///< frames since two cameras did
   bool published = false;
   std::uint32_t point = kNoPoint;  ///< of this frame
+  double brightness = 1.0;         ///< see Prediction
   Eigen::Matrix3d calibration_covariance_m2 = Eigen::Matrix3d::Zero();
   std::array<ViewBias, kMatchCameras> bias{};
 };
@@ -72,6 +81,13 @@ PositionEvidence evidence_of(const Point& point) noexcept {
   e.information_per_m2 = blunt * e.information_per_m2;
   e.gradient_per_m = blunt * e.gradient_per_m;
   return e;
+}
+
+bool is_as_expected(const Track& track, const Point& point) noexcept {
+  const Eigen::Matrix3d& expected = track.motion.position_covariance();
+  if (track.age > kFewFrames || expected.trace() > kSharp_m * kSharp_m) return false;
+  const Eigen::Vector3d away = point.position_in_world - track.motion.position();
+  return away.dot((expected + measurement_covariance(point)).inverse() * away) < kAsExpectedChi2;
 }
 
 }  // namespace
@@ -158,6 +174,7 @@ void Tracker::predict(Timestamp exposed, std::vector<Prediction>& predictions) {
     p.modes = track.motion.modes();
     p.mode_count = kMotionModes;
     p.bias = std::span(track.bias).first(t.calibration_px2.size());
+    p.brightness = track.brightness;
     p.single_view = track.published && track.seen >= kSettledFrames;
   }
 }
@@ -403,7 +420,15 @@ void Tracker::Impl::correct(Track& track, std::span<const Point> points) {
   const Point& point = points[track.point];
   ++track.age;
   track.missed = 0;
-  if (point.views == 1 && point.predicted_by != TrackId{}) {
+  if (const double light = static_cast<double>(point.light); light > 0.0 && point.views >= 2)
+    track.brightness = std::clamp(
+        light > track.brightness ? track.brightness * kBrightnessStep : track.brightness / kBrightnessStep,
+        kDullest, kBrightest);
+  // Views of which only one shows all of a marker tell its distance no better than one does. A rig of two
+  // cameras has nothing better.
+  const bool blurred = point.doubtful && calibration_px2.size() > 2 && track.seen >= kSettledFrames &&
+                       !is_as_expected(track, point);
+  if ((point.views == 1 || blurred) && point.predicted_by != TrackId{}) {
     track.motion.correct(evidence[track.point]);
     learn_bias(track, point);
     return;
@@ -415,8 +440,8 @@ void Tracker::Impl::correct(Track& track, std::span<const Point> points) {
   track.since_measured_s = 0.0;
   track.age = 0;
   ++track.seen;
-  track.published =
-      track.published || point.certain || (track.seen >= options.confirm_frames_two_views && !point.doubtful);
+  track.published = track.published || point.certain ||
+                    track.seen >= (point.doubtful ? kDullFrames : options.confirm_frames_two_views);
 }
 
 // A scalar Kalman step per camera; the position's own uncertainty, about the blobs', counts as noise.

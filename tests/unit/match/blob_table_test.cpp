@@ -66,14 +66,16 @@ TEST_F(BlobTableTest, WhatIsResolvedTakesTheBlobsPlace) {
       second{blob_at(rig_.cameras[1], {500, 500})};
   table_.fill(std::vector<std::span<const shaders::BlobRecord>>{first, second});
   const Eigen::Vector2d centre = table_[1].normalized, off(0.002, 0.0);
-  table_.resolve(1, centre - off, 1e-4 * Eigen::Matrix2d::Identity());
-  table_.resolve(1, centre + off, 4e-4 * Eigen::Matrix2d::Identity());
+  table_.resolve(1, centre - off, 1e-4 * Eigen::Matrix2d::Identity(), 0.0, false);
+  table_.resolve(1, centre + off, 4e-4 * Eigen::Matrix2d::Identity(), 0.0, true);
   table_.settle();
   ASSERT_EQ(table_.size(), 4u);
   EXPECT_EQ(table_.begin_of(1), 3u);
   EXPECT_EQ(table_[1].record, 1u);
   EXPECT_EQ(table_[2].record, 1u);
   EXPECT_FALSE(table_[0].resolved);
+  EXPECT_FALSE(table_[1].suspect);
+  EXPECT_TRUE(table_[2].suspect) << "hidden in part";
   EXPECT_LT((table_[2].normalized - centre - off).norm(), 1e-12);
   EXPECT_NEAR(table_[2].covariance_px2(0, 0), 4e-4 + options_.sigma_px * options_.sigma_px, 1e-12);
   std::size_t found = 0;

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <set>
 
 namespace glint {
@@ -28,6 +29,8 @@ Point point_at(const Eigen::Vector3d& position, unsigned views = 4) {
 
 class TrackerTest : public ::testing::Test {
  protected:
+  explicit TrackerTest(std::span<const double> calibration_sd_px = {})
+      : tracker_(options_, calibration_sd_px) {}
   const std::vector<TrackedPoint>& frame(const std::vector<Point>& points, int frames = 1) {
     now_ += frames * kFrame;
     tracker_.predict(Timestamp(now_), predictions_);
@@ -35,7 +38,7 @@ class TrackerTest : public ::testing::Test {
     return tracked_;
   }
   TrackOptions options_;
-  Tracker tracker_{options_};
+  Tracker tracker_;
   microseconds now_{1'000'000};
   std::vector<Prediction> predictions_;
   std::vector<TrackedPoint> tracked_;
@@ -91,6 +94,57 @@ TEST_F(TrackerTest, OcclusionToTwoViewsKeepsTheIdAndTheOutput) {
     ASSERT_EQ(out.size(), 1u) << k;
     EXPECT_EQ(out[0].id, id);
   }
+}
+
+/// Four cameras, of which one shows all of the marker.
+class HiddenInPartTest : public TrackerTest {
+ protected:
+  HiddenInPartTest() : TrackerTest(kExactCalibration) {
+    for (int k = 0; k < 30; ++k) id_ = frame({point_at({0, 0, 1})})[0].id;
+  }
+  Point blurred(const Eigen::Vector3d& position, double sd_m) {
+    Point point = point_at(position, 2);
+    point.covariance_m2 = sd_m * sd_m * Eigen::Matrix3d::Identity();
+    point.doubtful = true;
+    point.predicted_by = id_;
+    return point;
+  }
+  static constexpr std::array<double, 4> kExactCalibration{};
+  TrackId id_{};
+};
+
+TEST_F(HiddenInPartTest, IsMeasuredWhereItWasExpected) {
+  const auto& out = frame({blurred({0, 0, 1}, 1e-3)});
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].kind, SampleKind::Measured);
+  EXPECT_EQ(out[0].age_frames, 0u);
+}
+
+TEST_F(HiddenInPartTest, IsNotMeasuredWhereItWasNotExpected) {
+  const auto& out = frame({blurred({0, 0, 1.01}, 1e-3)});
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].id, id_);
+  EXPECT_EQ(out[0].kind, SampleKind::SingleView);
+  EXPECT_EQ(out[0].age_frames, 1u);
+}
+
+TEST_F(HiddenInPartTest, IsNotMeasuredWhereTheTrackKnowsLittleItself) {
+  for (int k = 0; k < 8; ++k) frame({});
+  const auto& out = frame({blurred({0, 0, 1}, 1e-3)});
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].kind, SampleKind::SingleView);
+}
+
+// Dull in all cameras, it looks like what is left of a bright one; only time can tell.
+TEST_F(TrackerTest, ADullMarkerIsPublishedLaterAndItsBrightnessLearnt) {
+  Point dull = point_at({0, 0, 1}, 2);
+  dull.doubtful = true;
+  dull.light = 0.3f;
+  for (int k = 0; k < 9; ++k) EXPECT_TRUE(frame({dull}).empty()) << k;
+  EXPECT_EQ(frame({dull}).size(), 1u);
+  for (int k = 0; k < 60; ++k) frame({dull});
+  ASSERT_EQ(predictions_.size(), 1u);
+  EXPECT_NEAR(predictions_[0].brightness, 0.3, 0.03);
 }
 
 TEST_F(TrackerTest, VelocityIsThatOfTheMarkerWhateverTheFrameTimes) {
