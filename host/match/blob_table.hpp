@@ -67,7 +67,7 @@ class BlobTable {
 
   bool free(std::uint32_t blob) const noexcept { return free_[blob] != 0; }
   void claim(std::uint32_t blob) noexcept { free_[blob] = 0; }
-  /// From now on `blob` counts as possibly more than one marker.
+  /// From now on `blob` counts as possibly more, or less, than one marker.
   void suspect(std::uint32_t blob) noexcept { blobs_[blob].suspect = true; }
   std::size_t free_blobs(std::size_t camera) const noexcept;
   /// The part of a blob's variance, per axis, that is the calibration's and not its own.

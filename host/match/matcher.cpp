@@ -77,7 +77,7 @@ struct Matcher::Impl {
   bool collect_all_pairs(unsigned min_views, Seeds seeds, std::size_t limit);
   void suspect_what_points_explain();
   void select(double bonus);
-  void suspect_slivers(Point& point) const noexcept;
+  bool shows_slivers(std::span<const std::uint32_t> blobs, const Point& point) const noexcept;
   Point& accept(std::span<const std::uint32_t> blobs, const Triangulated& found);
 
   const MatchOptions options;
@@ -264,8 +264,9 @@ void Matcher::Impl::select(double bonus) {
   packing.solve(chosen, packed);
   std::sort(chosen.begin(), chosen.end());
   for (const std::uint32_t k : chosen) {
-    Point& point = accept(hypotheses.blobs_of(hypotheses[k]), hypotheses[k].point);
-    if (!point.doubtful) suspect_slivers(point);
+    const std::span<const std::uint32_t> blobs = hypotheses.blobs_of(hypotheses[k]);
+    Point& point = accept(blobs, hypotheses[k].point);
+    point.doubtful = point.doubtful || shows_slivers(blobs, point);
     point.certain = hypotheses.certain(k) && !point.doubtful;
   }
   counters->hypotheses += hypotheses.size();
@@ -274,16 +275,15 @@ void Matcher::Impl::select(double bonus) {
 }
 
 // What is left of a marker in several cameras may meet as well as all of it would.
-void Matcher::Impl::suspect_slivers(Point& point) const noexcept {
-  if (!(options.marker_radius_m > 0.0)) return;
+bool Matcher::Impl::shows_slivers(std::span<const std::uint32_t> blobs, const Point& point) const noexcept {
+  if (!(options.marker_radius_m > 0.0)) return false;
   unsigned whole = 0;
-  for (std::uint32_t camera = 0; camera < cameras.size(); ++camera) {
-    const std::int32_t record = point.blob_of_camera[camera];
-    if (record >= 0 && pixels.shows_whole(camera, records[camera][static_cast<std::size_t>(record)],
-                                          point.position_in_world))
+  for (const std::uint32_t blob : blobs) {
+    const MatchBlob& b = table[blob];
+    if (!b.suspect && pixels.shows_whole(b.camera, records[b.camera][b.record], point.position_in_world))
       ++whole;
   }
-  point.doubtful = whole < 2;
+  return whole < 2;
 }
 
 Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangulated& found) {

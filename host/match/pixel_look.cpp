@@ -52,10 +52,6 @@ LongAxis long_axis(const shaders::BlobRecord& record) noexcept {
           0.5 * (xx + yy - difference)};
 }
 
-double radius_of(const ExpectedDisc& disc) noexcept {
-  return std::sqrt(std::sqrt(std::max(0.0, disc.shape_px2.determinant())));
-}
-
 }  // namespace
 
 PixelLook::PixelLook(std::span<const Camera> cameras, const MatchOptions& options, BlobTable& table,
@@ -189,7 +185,7 @@ void PixelLook::resolve(std::uint32_t camera, const shaders::BlobRecord& record,
   if (!found) found = fit(camera, record, image, blob, {discs.data(), count}, 0.0, wishes[0].brightness);
   for (std::size_t k = 0; count > 1 && k < count && !found; ++k)
     found = fit(camera, record, image, blob, {&discs[k], 1}, 0.0, wishes[k].brightness);
-  if (!found && !whole) table_.doubt(blob, radius_of(discs[0]));
+  if (!found && !whole) table_.doubt(blob, discs[0].radius_px());
   ++(found ? counters.resolved : counters.unresolved);
 }
 
@@ -224,7 +220,7 @@ bool PixelLook::fit_strangers(std::uint32_t camera, const shaders::BlobRecord& r
 
 // In units of the usual brightness; 1 where that is not known.
 double PixelLook::light_of(std::uint32_t camera, double grey, const ExpectedDisc& disc) const noexcept {
-  const double usual = usual_[camera].grey(radius_of(disc));
+  const double usual = usual_[camera].grey(disc.radius_px());
   return usual > 0.0 ? grey / usual : 1.0;
 }
 
@@ -234,7 +230,7 @@ bool PixelLook::shows_whole(std::uint32_t camera, const shaders::BlobRecord& rec
       expected_disc(cameras_[camera], position_in_world, Eigen::Vector3d::Zero(), options_.marker_radius_m,
                     options_.exposure_s);
   if (!disc) return true;
-  disc->grey = usual_[camera].grey(radius_of(*disc));
+  disc->grey = usual_[camera].grey(disc->radius_px());
   return !(disc->grey > 0.0) || whole_.deviation(record, *disc).weight > kWholeShare - 1.0;
 }
 
@@ -274,8 +270,8 @@ bool PixelLook::fit(std::uint32_t camera, const shaders::BlobRecord& record, con
   const double light = alone ? light_of(camera, fitted[0].grey, discs[0]) : 0.0;
   if (alone && light < kDimShare * brightness) return false;
   const bool partial = alone && (!seen || light < kWholeShare * brightness);
-  if (alone && seen) usual_[camera].learn(fitted[0].grey, radius_of(discs[0]));
-  const double more_px = partial ? kPartialOffset * radius_of(discs[0]) : size_sd_px;
+  if (alone && seen) usual_[camera].learn(fitted[0].grey, discs[0].radius_px());
+  const double more_px = partial ? kPartialOffset * discs[0].radius_px() : size_sd_px;
   for (std::size_t k = 0; k < discs.size(); ++k)
     table_.resolve(blob, centres[k].normalized,
                    centres[k].covariance_px2 + more_px * more_px * Eigen::Matrix2d::Identity(), light,

@@ -2,10 +2,13 @@
 // Discs fitted to pixels: for images of markers that touch, hide one another, are clipped or partly hidden.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <span>
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 
 #include "gpu/detector.hpp"
 #include "host/resolve/disc_profile.hpp"
@@ -30,6 +33,9 @@ struct ExpectedDisc {
   double distance_m = 0.0;  ///< the nearer disc hides the farther
   double centre_error_px =
       0.7;  ///< how far off the centre may be: at first no pixel is judged by more than that
+
+  /// Of the round disc of the same area.
+  double radius_px() const noexcept { return std::sqrt(std::sqrt(std::max(0.0, shape_px2.determinant()))); }
 };
 
 struct FittedDisc {

@@ -27,7 +27,7 @@ double WholeDiscTest::grey_of(const shaders::BlobRecord& blob, double radius_px)
 }
 
 double WholeDiscTest::grey(const shaders::BlobRecord& blob, const ExpectedDisc& expected) const noexcept {
-  return grey_of(blob, std::sqrt(std::sqrt(std::max(0.0, expected.shape_px2.determinant()))));
+  return grey_of(blob, expected.radius_px());
 }
 
 double WholeDiscTest::radius_px(const shaders::BlobRecord& blob, double second_moment_px2) const noexcept {
@@ -74,7 +74,7 @@ bool WholeDiscTest::may_be_whole(const shaders::BlobRecord& blob, const Expected
   constexpr double kAreaGrid_px = 0.45;    // of the radius that the area stands for
   constexpr std::uint32_t kFewPixels = 8;  // have no shape
   if ((blob.flags & (shaders::kBlobSaturated | shaders::kBlobOnBorder)) != 0) return false;
-  const double radius_px = std::sqrt(std::sqrt(std::max(0.0, expected.shape_px2.determinant())));
+  const double radius_px = expected.radius_px();
   if (!(radius_px > 0.0) || blob.area_px == 0) return false;
   const BlobDeviation off = deviation(blob, expected);
   const double limit_grey = (static_cast<double>(blob.sum) - static_cast<double>(blob.weight)) / blob.area_px;

@@ -71,11 +71,23 @@ TEST(SimulatedRigWithOccluders, KeepsMarkersThatTwoCamerasSee) {
   EXPECT_LE(s["score"]["ghost_rate"].get<double>(), 1e-3);
 }
 
-TEST(SimulatedRigBumped, ShowsInTheError) {
+TEST(SimulatedRigBumped, ShowsInTheErrorAndInTheCamerasHealth) {
   const nlohmann::json good = track_sim({"--ticks", "120", "--device", "cpu"});
   const nlohmann::json bumped = track_sim({"--ticks", "120", "--device", "cpu", "--bump", "1:0:0.05"});
   // No more than that, since most of its views are found to disagree and are left out.
   EXPECT_GT(bumped["score"]["rms_m"].get<double>(), 1.2 * good["score"]["rms_m"].get<double>());
+  // And whose fault it is: what the others measure together, the bumped one hardly ever confirms.
+  for (std::size_t camera = 0; camera < 4; ++camera) {
+    const nlohmann::json& health = bumped["health"][camera];
+    const double compared = health["compared"].get<double>(), agreed = health["agreed"].get<double>();
+    ASSERT_GT(compared, 100.0);
+    if (camera == 0) {
+      EXPECT_LE(agreed, 0.02 * compared);
+      EXPECT_GT(health["residual_px"].get<double>(), 5.0 * health["expected_px"].get<double>());
+    } else {
+      EXPECT_GE(agreed, 0.98 * compared);
+    }
+  }
 }
 
 TEST(CrowdedMarkers, NeverChangeIdsSilently) {
