@@ -3,7 +3,6 @@
 #include "host/track/tracker.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -11,6 +10,8 @@
 #include "host/base/error.hpp"
 #include "host/track/assignment.hpp"
 #include "host/track/motion.hpp"
+#include "host/track/track.hpp"
+#include "host/track/view_learning.hpp"
 
 namespace glint {
 namespace {
@@ -24,42 +25,18 @@ constexpr double kMeasurementFloor_m = 1e-6;
 // counts.
 constexpr double kNewPointDensity = 0.01;
 constexpr double kStandStill_m = 0.01;  // how far measurements of a marker at rest may lie apart, generously
-// How far a marker travels until the calibration's error there has little to do with that where it was: lens
-// models err over a good part of the image, poses over the whole room.
-constexpr double kBiasLength_m = 2.0;
-constexpr double kUnknownShare =
-    0.05;  // of the calibration's variance: a bias worse known than this is asked for
-constexpr double kNeighbour_m = 0.3;
-constexpr double kLost_m = 0.1;  // a position known no better is no position
-constexpr unsigned kSettledFrames =
-    4;  // measured so often, a track is known well enough to live on one camera
+constexpr double kLost_m = 0.1;         // a position known no better is no position
 // Where a track is known so well, and was so few frames ago, a bad view cannot have misled it unless it is
 // this far from what was expected (5 %, three degrees of freedom).
 constexpr double kSharp_m = 2e-3, kAsExpectedChi2 = 7.8;
 constexpr unsigned kFewFrames = 2;
-// A marker that is dull in all cameras is no sliver of a bright one: so many frames tell, and by so much is
-// what is thought of its brightness moved each time.
+// A marker that is dull in all cameras is no sliver of a bright one: so many frames tell.
 constexpr unsigned kDullFrames = 10;
-constexpr double kBrightnessStep = 1.03, kDullest = 0.1, kBrightest = 2.0;
 // A point this near to a track that has its own (squared Mahalanobis distance) is a second look at the same
 // marker.
 constexpr double kSameChi2 = 16.0;
 
 constexpr std::size_t kTracksReserved = 512, kEventsReserved = 1024;
-
-struct Track {
-  TrackId id;
-  Motion motion;
-  Eigen::Vector3d measured_at;  ///< last measured position
-  double since_measured_s = 0.0;
-  unsigned seen = 1, missed = 0;  ///< frames measured by two cameras; frames since any camera saw it
-  std::uint32_t age = 0;          ///< frames since two cameras did
-  bool published = false;
-  std::uint32_t point = kNoPoint;  ///< of this frame
-  double brightness = 1.0;         ///< see Prediction
-  Eigen::Matrix3d calibration_covariance_m2 = Eigen::Matrix3d::Zero();
-  std::array<ViewBias, kMatchCameras> bias{};
-};
 
 // Tracks farther apart than this many standard deviations, or than this, cannot have each other's points.
 constexpr double kQuestionSigmas = 6.0, kQuestionReach_m = 0.15;
@@ -102,8 +79,6 @@ struct Tracker::Impl {
   void take_claims(std::span<const Point> points, bool single_view);
   void assign_by_likelihood(std::span<const Point> points);
   void correct(Track& track, std::span<const Point> points);
-  void learn_bias(Track& track, const Point& point) const;
-  void ask_neighbours(Track& track);
   void start(const Point& point, std::uint32_t number);
   bool is_second_look(const Point& point) const;
   Doubts::Seen seen(const Track& track) const noexcept;
@@ -157,15 +132,10 @@ void Tracker::predict(Timestamp exposed, std::vector<Prediction>& predictions) {
     track.motion.advance(t.step_s, t.options.acceleration_sd_m_s2);
     track.since_measured_s += t.step_s;
     track.point = kNoPoint;
-    const double kept = std::exp(-track.motion.velocity().norm() * t.step_s / kBiasLength_m);
-    for (std::size_t camera = 0; camera < t.calibration_px2.size(); ++camera) {
-      ViewBias& bias = track.bias[camera];
-      bias.px *= kept;
-      bias.variance_px2 = kept * kept * bias.variance_px2 + (1.0 - kept * kept) * t.calibration_px2[camera];
-    }
+    forget_bias(track, t.step_s, t.calibration_px2);
   }
   for (Track& track : t.tracks) {
-    t.ask_neighbours(track);
+    ask_neighbours(track, t.tracks, t.calibration_px2);
     Prediction& p = predictions.emplace_back();
     p.track = track.id;
     p.position_in_world = track.motion.position();
@@ -420,21 +390,14 @@ void Tracker::Impl::correct(Track& track, std::span<const Point> points) {
   const Point& point = points[track.point];
   ++track.age;
   track.missed = 0;
-  if (const double light = static_cast<double>(point.light); light > 0.0 && point.views >= 2)
-    track.brightness = std::clamp(
-        light > track.brightness ? track.brightness * kBrightnessStep : track.brightness / kBrightnessStep,
-        kDullest, kBrightest);
+  learn_brightness(track, point);
   // Views of which only one shows all of a marker tell its distance no better than one does. A rig of two
   // cameras has nothing better.
   const bool blurred = point.doubtful && calibration_px2.size() > 2 && track.seen >= kSettledFrames &&
                        !is_as_expected(track, point);
-  if ((point.views == 1 || blurred) && point.predicted_by != TrackId{}) {
-    track.motion.correct(evidence[track.point]);
-    learn_bias(track, point);
-    return;
-  }
   track.motion.correct(evidence[track.point]);
-  learn_bias(track, point);
+  learn_bias(track, point, calibration_px2);
+  if ((point.views == 1 || blurred) && point.predicted_by != TrackId{}) return;
   track.calibration_covariance_m2 = point.calibration_covariance_m2;
   track.measured_at = point.position_in_world;
   track.since_measured_s = 0.0;
@@ -442,42 +405,6 @@ void Tracker::Impl::correct(Track& track, std::span<const Point> points) {
   ++track.seen;
   track.published = track.published || point.certain ||
                     track.seen >= (point.doubtful ? kDullFrames : options.confirm_frames_two_views);
-}
-
-// A scalar Kalman step per camera; the position's own uncertainty, about the blobs', counts as noise.
-void Tracker::Impl::learn_bias(Track& track, const Point& point) const {
-  for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera) {
-    if (point.blob_of_camera[camera] < 0) continue;
-    ViewBias& bias = track.bias[camera];
-    const double gain =
-        bias.variance_px2 / (bias.variance_px2 + 2.0 * static_cast<double>(point.noise_px2[camera]));
-    if (!(gain > 0.0)) continue;
-    bias.px += gain * (point.residual_px[camera].cast<double>() - bias.px);
-    bias.variance_px2 *= 1.0 - gain;
-  }
-}
-
-// What a calibration errs by is nearly the same a hand's breadth away: a neighbour may know better.
-void Tracker::Impl::ask_neighbours(Track& track) {
-  const auto knows_little = [&](std::size_t camera) {
-    return track.bias[camera].variance_px2 > kUnknownShare * calibration_px2[camera];
-  };
-  bool asks = false;
-  for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera) asks = asks || knows_little(camera);
-  if (!asks) return;
-  for (const Track& other : tracks) {
-    if (&other == &track || other.age > 0 || other.seen < kSettledFrames) continue;
-    const double away2_m2 = (other.motion.position() - track.motion.position()).squaredNorm();
-    if (away2_m2 > kNeighbour_m * kNeighbour_m) continue;
-    const double kept = std::exp(-std::sqrt(away2_m2) / kBiasLength_m);
-    for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera) {
-      const ViewBias& theirs = other.bias[camera];
-      ViewBias& own = track.bias[camera];
-      const double variance_px2 =
-          kept * kept * theirs.variance_px2 + (1.0 - kept * kept) * calibration_px2[camera];
-      if (knows_little(camera) && variance_px2 < own.variance_px2) own = {kept * theirs.px, variance_px2};
-    }
-  }
 }
 
 void Tracker::Impl::start(const Point& point, std::uint32_t point_number) {
@@ -490,8 +417,8 @@ void Tracker::Impl::start(const Point& point, std::uint32_t point_number) {
   track.calibration_covariance_m2 = point.calibration_covariance_m2;
   for (std::size_t camera = 0; camera < calibration_px2.size(); ++camera)
     track.bias[camera].variance_px2 = calibration_px2[camera];
-  ask_neighbours(track);
-  learn_bias(track, point);
+  ask_neighbours(track, tracks, calibration_px2);
+  learn_bias(track, point, calibration_px2);
 }
 
 bool Tracker::Impl::is_second_look(const Point& point) const {
