@@ -55,6 +55,7 @@ std::pair<int, int> BlobTable::Grid::rows_between(double low_px, double high_px)
 BlobTable::BlobTable(std::span<const Camera> cameras, const MatchOptions& options)
     : cameras_(cameras), options_(options), begin_(cameras.size() + 1, 0), grids_(cameras.size()) {
   noise_.resize(cameras.size());
+  factors_.resize(cameras.size());
   for (const Camera& camera : cameras) {
     const double calibration_px = camera.calibration().rms_px;
     const CameraCalibration& c = camera.calibration();
@@ -79,7 +80,7 @@ void BlobTable::fill(std::span<const std::span<const shaders::BlobRecord>> blobs
       blob.usable = (record.flags & shaders::kBlobNotInvertible) == 0 && blob.pixel.allFinite();
       blob.suspect = blob.elongated = false;
       blob.saturated = (record.flags & shaders::kBlobSaturated) != 0;
-      blob.resolved = false;
+      blob.fitted = blob.resolved = false;
       blob.light = 0.0f;
 
       blob.covariance_px2 = own_covariance(record, blob);
@@ -131,8 +132,8 @@ Eigen::Matrix2d BlobTable::own_covariance(const shaders::BlobRecord& record,
   Eigen::Matrix2d distort;
   distort << lens.xx, lens.xy, lens.xy, lens.yy;
   const Eigen::Matrix2d undistort = distort.inverse();
-  return covariance +
-         undistort * centroid_covariance_px2(record, noise_[blob.camera]) * undistort.transpose();
+  return covariance + factors_[blob.camera].centroid.value() * undistort *
+                          centroid_covariance_px2(record, noise_[blob.camera]) * undistort.transpose();
 }
 
 void BlobTable::resolve(std::uint32_t blob, const Eigen::Vector2d& centre,
@@ -164,7 +165,8 @@ void BlobTable::settle() {
       for (; next < resolved_.size() && resolved_[next].blob == blob; ++next) {
         MatchBlob& part = settled_.emplace_back(blobs_[blob]);
         place(part, resolved_[next].centre);
-        part.covariance_px2 = resolved_[next].covariance_px2;
+        part.fitted = true;
+        part.covariance_px2 = factors_[camera].fit.value() * resolved_[next].covariance_px2;
         part.covariance_px2.diagonal().array() +=
             options_.sigma_px * options_.sigma_px + calibration_variance_px2_[camera];
         part.sigma_px = largest_sigma(part.covariance_px2);

@@ -12,6 +12,7 @@
 #include "gpu/lens.hpp"
 #include "host/geometry/camera.hpp"
 #include "host/match/matcher.hpp"
+#include "host/match/noise_factor.hpp"
 #include "host/resolve/pixel_noise.hpp"
 
 namespace glint {
@@ -32,6 +33,7 @@ struct MatchBlob {
   bool suspect;          ///< that, or cut off by the border, hidden in part, or explained by another point
   bool saturated;
   float light;    ///< brightness of its marker, in units of what is usual for the camera; 0: not known
+  bool fitted;    ///< placed by its pixels, one marker or not
   bool resolved;  ///< placed by its pixels because its centroid is not one marker's; then radius_px is 0
 };
 
@@ -73,6 +75,11 @@ class BlobTable {
   /// The part of a blob's variance, per axis, that is the calibration's and not its own.
   double calibration_variance_px2(std::size_t camera) const noexcept {
     return calibration_variance_px2_[camera];
+  }
+  /// What the residual of a blob, over its own variance, teaches of its kind and camera: see NoiseFactor.
+  void learn_noise(std::uint32_t blob, double misfit, double freedom) noexcept {
+    NoiseFactor& factor = factor_of(blobs_[blob]);
+    factor.learn(misfit * factor.value(), freedom);
   }
   /// What a camera's pixels err by; at first what is assumed of a raw 8-bit camera. From the next fill() on.
   void set_noise(std::size_t camera, const PixelNoise& noise) noexcept { noise_[camera] = noise; }
@@ -123,6 +130,14 @@ class BlobTable {
   const MatchOptions& options_;
   std::vector<double> calibration_variance_px2_, gate_px_;
   std::vector<PixelNoise> noise_;
+  // Centroids and fits err by different laws.
+  struct Factors {
+    NoiseFactor centroid, fit;
+  };
+  std::vector<Factors> factors_;
+  NoiseFactor& factor_of(const MatchBlob& blob) noexcept {
+    return blob.fitted ? factors_[blob.camera].fit : factors_[blob.camera].centroid;
+  }
   struct Resolved {
     std::uint32_t blob;
     Eigen::Vector2d centre;

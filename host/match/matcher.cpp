@@ -25,6 +25,7 @@ namespace {
 // blobs are too dense for so few views to tell them apart; then more views are asked for first.
 constexpr std::size_t kMaxHypotheses = std::size_t{1} << 19;
 constexpr std::size_t kManyCameras = 8;
+constexpr double kAloneChi2 = 1e-6;  // views that alone placed a point are in balance but for rounding
 constexpr std::size_t kAmbiguousPerBlob = 8, kAmbiguousBase = 4096;
 
 void check_plane(const Calibration& calibration, double height_m) {
@@ -78,7 +79,10 @@ struct Matcher::Impl {
   void suspect_what_points_explain();
   void select(double bonus);
   bool shows_slivers(std::span<const std::uint32_t> blobs, const Point& point) const noexcept;
-  Point& accept(std::span<const std::uint32_t> blobs, const Triangulated& found);
+  void learn_noise(std::uint32_t blob, const Point& point, const Eigen::Matrix<double, 2, 3>& jacobian,
+                   const Prediction& claimed_by);
+  Point& accept(std::span<const std::uint32_t> blobs, const Triangulated& found,
+                const Prediction* claimed_by = nullptr);
 
   const MatchOptions options;
   const std::vector<Camera> cameras;
@@ -190,7 +194,7 @@ void Matcher::Impl::match_claims(ClaimViews views) {
   packing.solve(chosen, packed);
   std::sort(chosen.begin(), chosen.end());
   for (const std::uint32_t k : chosen) {
-    accept(all[k].tuple.span(), all[k].point).predicted_by = predictions[all[k].prediction].track;
+    accept(all[k].tuple.span(), all[k].point, &predictions[all[k].prediction]);
     settled[all[k].prediction] = 1;
   }
   counters->hypotheses += all.size();
@@ -286,8 +290,10 @@ bool Matcher::Impl::shows_slivers(std::span<const std::uint32_t> blobs, const Po
   return whole < 2;
 }
 
-Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangulated& found) {
+Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangulated& found,
+                             const Prediction* claimed_by) {
   Point& point = points->emplace_back();
+  if (claimed_by != nullptr) point.predicted_by = claimed_by->track;
   point.position_in_world = found.position_in_world;
   point.covariance_m2 = found.covariance_m2;
   point.rms_px = found.rms_px;
@@ -311,6 +317,7 @@ Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangu
     const double calibration_px2 = table.calibration_variance_px2(camera);
     point.residual_px[camera] = (table[blob].pixel - pixel).cast<float>();
     point.noise_px2[camera] = static_cast<float>(0.5 * table[blob].covariance_px2.trace() - calibration_px2);
+    if (claimed_by != nullptr) learn_noise(blob, point, jacobian, *claimed_by);
     if (calibration_px2 > 0.0) by_calibration += jacobian.transpose() * jacobian / calibration_px2;
   }
   point.doubtful = whole < 2;
@@ -321,6 +328,24 @@ Point& Matcher::Impl::accept(std::span<const std::uint32_t> blobs, const Triangu
     point.calibration_covariance_m2 = (by_calibration + Eigen::Matrix3d::Identity()).inverse();
   }
   return point;
+}
+
+// From tracks, of which it is known by how much the calibration errs where they are.
+void Matcher::Impl::learn_noise(std::uint32_t blob, const Point& point,
+                                const Eigen::Matrix<double, 2, 3>& jacobian, const Prediction& claimed_by) {
+  const MatchBlob& b = table[blob];
+  // What was placed by the prediction, too, has other residuals.
+  if (b.suspect || point.views < 2 ||
+      point.gradient_per_m.dot(point.covariance_m2 * point.gradient_per_m) > kAloneChi2)
+    return;
+  const ViewBias bias = b.camera < claimed_by.bias.size() ? claimed_by.bias[b.camera] : ViewBias{};
+  const double own_px2 = static_cast<double>(point.noise_px2[b.camera]);
+  const double unknown_px2 = 2.0 * bias.variance_px2;
+  if (!(unknown_px2 < own_px2)) return;
+  const double decided = (jacobian * point.covariance_m2 * jacobian.transpose()).trace();
+  const double freedom = 2.0 - 2.0 * decided / b.covariance_px2.trace();
+  const double squared_px2 = (point.residual_px[b.camera].cast<double>() - bias.px).squaredNorm();
+  table.learn_noise(blob, (squared_px2 - unknown_px2) / own_px2, freedom);
 }
 
 }  // namespace glint
