@@ -121,9 +121,10 @@ void BlobTable::place(MatchBlob& blob, const Eigen::Vector2d& normalized) const 
 Eigen::Matrix2d BlobTable::own_covariance(const shaders::BlobRecord& record,
                                           const MatchBlob& blob) const noexcept {
   Eigen::Matrix2d covariance = options_.sigma_px * options_.sigma_px * Eigen::Matrix2d::Identity();
+  const double factor = factors_[blob.camera].centroid.value();
   if (record.weight == 0) {
     const double sigma_px = kUnknownSigma_px * (blob.saturated ? kSaturatedFactor : 1.0);
-    covariance.diagonal().array() += sigma_px * sigma_px;
+    covariance.diagonal().array() += factor * sigma_px * sigma_px;
     return covariance;
   }
   // The lens magnifies: so many undistorted pixels is one of the image, and so much more is its noise.
@@ -132,8 +133,8 @@ Eigen::Matrix2d BlobTable::own_covariance(const shaders::BlobRecord& record,
   Eigen::Matrix2d distort;
   distort << lens.xx, lens.xy, lens.xy, lens.yy;
   const Eigen::Matrix2d undistort = distort.inverse();
-  return covariance + factors_[blob.camera].centroid.value() * undistort *
-                          centroid_covariance_px2(record, noise_[blob.camera]) * undistort.transpose();
+  return covariance +
+         factor * undistort * centroid_covariance_px2(record, noise_[blob.camera]) * undistort.transpose();
 }
 
 void BlobTable::resolve(std::uint32_t blob, const Eigen::Vector2d& centre,

@@ -76,7 +76,8 @@ class BlobTable {
   double calibration_variance_px2(std::size_t camera) const noexcept {
     return calibration_variance_px2_[camera];
   }
-  /// What the residual of a blob, over its own variance, teaches of its kind and camera: see NoiseFactor.
+  /// What a residual teaches of blobs of this kind and camera, see NoiseFactor; misfit: over the blob's own
+  /// variance without match.sigma_px, which no factor changes.
   void learn_noise(std::uint32_t blob, double misfit, double freedom) noexcept {
     NoiseFactor& factor = factor_of(blobs_[blob]);
     factor.learn(misfit * factor.value(), freedom);

@@ -339,13 +339,14 @@ void Matcher::Impl::learn_noise(std::uint32_t blob, const Point& point,
       point.gradient_per_m.dot(point.covariance_m2 * point.gradient_per_m) > kAloneChi2)
     return;
   const ViewBias bias = b.camera < claimed_by.bias.size() ? claimed_by.bias[b.camera] : ViewBias{};
-  const double own_px2 = static_cast<double>(point.noise_px2[b.camera]);
-  const double unknown_px2 = 2.0 * bias.variance_px2;
-  if (!(unknown_px2 < own_px2)) return;
+  const double given_px2 = options.sigma_px * options.sigma_px;
+  const double own_px2 = static_cast<double>(point.noise_px2[b.camera]) - given_px2;
+  // Where the rest is larger, the residual says little of the blob.
+  if (!(bias.variance_px2 + given_px2 < own_px2)) return;
   const double decided = (jacobian * point.covariance_m2 * jacobian.transpose()).trace();
   const double freedom = 2.0 - 2.0 * decided / b.covariance_px2.trace();
   const double squared_px2 = (point.residual_px[b.camera].cast<double>() - bias.px).squaredNorm();
-  table.learn_noise(blob, (squared_px2 - unknown_px2) / own_px2, freedom);
+  table.learn_noise(blob, (squared_px2 - 2.0 * bias.variance_px2 - freedom * given_px2) / own_px2, freedom);
 }
 
 }  // namespace glint

@@ -50,6 +50,25 @@ TEST_F(BlobTableTest, AGoodBlobHasTheNominalCovariance) {
   EXPECT_NEAR(blob.radius_px, std::sqrt(12 / M_PI), 1e-12);
 }
 
+// Residuals of half the variance that was expected, of blobs of the first camera.
+TEST_F(BlobTableTest, WhatResidualsShowScalesTheNoiseOfTheSameCamerasBlobs) {
+  shaders::BlobRecord here = disc(1.0, 1.1);
+  here.weight = 400, here.sum = 400 + 12 * 20, here.peak = 70;
+  shaders::BlobRecord there = blob_at(rig_.cameras[1], {700, 300});
+  const std::vector<shaders::BlobRecord> first{here}, second{there};
+  const std::vector<std::span<const shaders::BlobRecord>> both{first, second};
+  table_.fill(both);
+  const double given = options_.sigma_px * options_.sigma_px;
+  const double expected = table_[0].covariance_px2(0, 0) - given, others = table_[1].covariance_px2(0, 0);
+  for (int k = 0; k < 10'000; ++k) {
+    table_.fill(both);
+    table_.learn_noise(0, 0.5 * expected / (table_[0].covariance_px2(0, 0) - given), 1.0);
+  }
+  table_.fill(both);
+  EXPECT_NEAR(table_[0].covariance_px2(0, 0), 0.5 * expected + given, 0.01 * expected);
+  EXPECT_EQ(table_[1].covariance_px2(0, 0), others);
+}
+
 TEST_F(BlobTableTest, ABlobWithItsPixelsKnowsItsNoise) {
   shaders::BlobRecord dim = disc(1.0, 1.1), bright = disc(1.0, 1.1);
   dim.weight = 400, dim.sum = 400 + 12 * 20, dim.peak = 70;
